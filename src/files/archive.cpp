@@ -265,7 +265,7 @@ Archive Archive::create(const std::filesystem::path& name, const std::vector<Rec
     Cleanup cleanup{partial_name(file)};
     const Hdf5Errors errors{file.string(), Fault::environment};
     auto archive = std::make_unique<File>(
-        create_hdf5(std::move(created), partial_name(file), file.string(), file_creation(errors)));
+        create_hdf5(std::move(created), partial_name(file), file.string(), creation_list(H5P_FILE_CREATE, errors)));
     const QuietErrors watched(&archive->hdf5->failure);
     write_root_attributes(archive->hdf5->file, attributes, errors);
     for (const Recording& recording : recordings)

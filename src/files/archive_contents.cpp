@@ -25,9 +25,10 @@ bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Er
     return true;
 }
 
-std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name, std::uint64_t file_bytes,
+std::optional<Attribute> read_attribute(hid_t object, const std::string& name, std::uint64_t file_bytes,
                                         const Hdf5Errors& errors) {
     const std::string doing = text("reading attribute {}", name);
+    const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
     const Handle type = errors.own(H5Aget_type(attribute), H5Tclose, doing);
     const Handle space = errors.own(H5Aget_space(attribute), H5Sclose, doing);
     if (H5Sget_simple_extent_npoints(space) != 1) return std::nullopt;
@@ -62,10 +63,8 @@ std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name
 
 std::vector<Attribute> attributes_of(hid_t object, std::uint64_t file_bytes, const Hdf5Errors& errors) {
     std::vector<Attribute> found;
-    for (const std::string& name : attribute_names(object, errors)) {
-        const Handle attribute = errors.own(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
-        if (auto read = read_attribute(attribute, name, file_bytes, errors)) found.push_back(std::move(*read));
-    }
+    for (const std::string& name : attribute_names(object, errors))
+        if (auto read = read_attribute(object, name, file_bytes, errors)) found.push_back(std::move(*read));
     return found;
 }
 
@@ -112,8 +111,7 @@ std::string last_name(const std::string& path) { return path.substr(path.rfind('
 
 bool is_axis(hid_t dataset, std::uint64_t file_bytes, const Hdf5Errors& errors) {
     if (H5Aexists(dataset, "CLASS") <= 0) return false;
-    const Handle attribute = errors.own(H5Aopen(dataset, "CLASS", H5P_DEFAULT), H5Aclose, "opening CLASS");
-    const auto found = read_attribute(attribute, "CLASS", file_bytes, errors);
+    const auto found = read_attribute(dataset, "CLASS", file_bytes, errors);
     const auto* words = found ? std::get_if<std::string>(&found->second) : nullptr;
     return words != nullptr && *words == "DIMENSION_SCALE";
 }

@@ -15,8 +15,8 @@ namespace drover::files {
 /// are rejected: an external one could open any file.
 bool leads_to(hid_t file, const std::string& path, H5O_type_t type, const Hdf5Errors& errors);
 
-/// A number or a string; nothing for any other attribute.
-std::optional<Attribute> read_attribute(hid_t attribute, const std::string& name, std::uint64_t file_bytes,
+/// An attribute of an object that is a number or a string; nothing for any other.
+std::optional<Attribute> read_attribute(hid_t object, const std::string& name, std::uint64_t file_bytes,
                                         const Hdf5Errors& errors);
 /// All such attributes of an object, by name.
 std::vector<Attribute> attributes_of(hid_t object, std::uint64_t file_bytes, const Hdf5Errors& errors);

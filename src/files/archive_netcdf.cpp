@@ -165,9 +165,7 @@ bool is_compact(const Extent& extent) {
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
                     const Hdf5Errors& errors) {
     const std::string doing = text("creating dataset {}", name);
-    const Handle creation = errors.own(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, doing);
-    errors.check(H5Pset_obj_track_times(creation, false), doing);
-    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
+    const Handle creation = creation_list(H5P_DATASET_CREATE, errors);
     const int rank = static_cast<int>(extent.now.size());
     if (is_compact(extent)) {
         errors.check(H5Pset_layout(creation, H5D_COMPACT), doing);
@@ -190,10 +188,7 @@ Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf
     const std::string doing = text("{} group {}", is_new ? "creating" : "opening", group);
     const bool is_there = group == "/" || H5Lexists(file, group.c_str(), H5P_DEFAULT) > 0;
     if (!is_new || is_there) return errors.own(H5Gopen2(file, group.c_str(), H5P_DEFAULT), H5Gclose, doing);
-    const Handle creation = errors.own(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, doing);
-    errors.check(H5Pset_link_creation_order(creation, in_order), doing);
-    errors.check(H5Pset_attr_creation_order(creation, in_order), doing);
-    errors.check(H5Pset_obj_track_times(creation, false), doing);
+    const Handle creation = creation_list(H5P_GROUP_CREATE, errors);
     return errors.own(H5Gcreate2(file, group.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose, doing);
 }
 
@@ -276,9 +271,9 @@ GroupDatasets open_group(hid_t file, const Recording& recording, const Hdf5Error
     return opened;
 }
 
-Handle file_creation(const Hdf5Errors& errors) {
-    Handle creation = errors.own(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "creating a file creation list");
-    errors.check(H5Pset_link_creation_order(creation, in_order), "tracking link order");
+Handle creation_list(hid_t kind, const Hdf5Errors& errors) {
+    Handle creation = errors.own(H5Pcreate(kind), H5Pclose, "creating a creation list");
+    if (kind != H5P_DATASET_CREATE) errors.check(H5Pset_link_creation_order(creation, in_order), "tracking link order");
     errors.check(H5Pset_attr_creation_order(creation, in_order), "tracking attribute order");
     errors.check(H5Pset_obj_track_times(creation, false), "disabling timestamps");
     return creation;

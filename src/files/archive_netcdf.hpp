@@ -65,8 +65,8 @@ void write_list(hid_t object, const char* name, std::span<const std::string> val
 /// Creates the groups and datasets of a trajectory, and /h5md if it does not exist.
 GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors);
 
-/// For files and groups: links and attributes in order of creation, no timestamps.
-Handle file_creation(const Hdf5Errors& errors);
+/// For files, groups and datasets: links and attributes in order of creation, no timestamps.
+Handle creation_list(hid_t kind, const Hdf5Errors& errors);
 
 /// Strings are stored as fixed-length ASCII, or UTF-8 if needed.
 void write_attribute(hid_t object, const Attribute& attribute, const Hdf5Errors& errors);

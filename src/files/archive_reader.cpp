@@ -269,8 +269,7 @@ std::string ArchiveReader::text_attribute(const std::string& dataset, const std:
         const Handle open = open_dataset(view.hdf5->file, dataset, errors).id;
         require(H5Aexists(open, name.c_str()) > 0, {errors.file},
                 "{} has no attribute {}; expected an archive of drover", dataset, name);
-        const Handle attribute = errors.own(H5Aopen(open, name.c_str(), H5P_DEFAULT), H5Aclose, "opening " + name);
-        const auto read = read_attribute(attribute, name, view.hdf5->overlay->length, errors);
+        const auto read = read_attribute(open, name, view.hdf5->overlay->length, errors);
         const auto* words = read ? std::get_if<std::string>(&read->second) : nullptr;
         require(words != nullptr, {errors.file}, "attribute {} of {} is not a string; expected one", name, dataset);
         return *words;

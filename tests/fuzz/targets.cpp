@@ -12,7 +12,7 @@
 #include "base/log.hpp"
 #include "drover/base/expression.hpp"
 #include "files/checkpoint.hpp"
-#include "files/record_bytes.hpp"
+#include "files/record_folder.hpp"
 #include "io/calibration.hpp"
 #include "io/export.hpp"
 #include "io/scene_text.hpp"

@@ -10,7 +10,7 @@
 #include "base/log.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
-#include "files/record_bytes.hpp"
+#include "files/record_folder.hpp"
 #include "io/calibration.hpp"
 #include "io/trial_record.hpp"
 #include "jobs/calibration/target_plan.hpp"
