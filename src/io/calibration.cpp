@@ -111,12 +111,16 @@ bool is_calibration(const files::ArchiveReader& archive) {
 }
 
 namespace {
+files::Array read_dataset(const files::ArchiveReader& archive, const SourceLocation& where, const std::string& name) {
+    const std::string path = path_of(archive, name);
+    require(archive.has(path), where, "{} is missing; expected a complete table written by drover calibrate", path);
+    return archive.read(path);
+}
+
 /// A dataset of this shape, flat.
 std::vector<double> read_shaped(const files::ArchiveReader& archive, const SourceLocation& where,
                                 const std::string& name, const std::vector<std::size_t>& shape) {
-    require(archive.has(path_of(archive, name)), where,
-            "{} is missing; expected a complete table written by drover calibrate", path_of(archive, name));
-    files::Array array = archive.read(path_of(archive, name));
+    files::Array array = read_dataset(archive, where, name);
     const auto sizes = [](const std::vector<std::size_t>& of) {
         return joined(mapped(of, [](std::size_t size) { return text("{}", size); }), " by ");
     };
@@ -127,9 +131,7 @@ std::vector<double> read_shaped(const files::ArchiveReader& archive, const Sourc
 
 std::vector<double> read_axis(const files::ArchiveReader& archive, const SourceLocation& where,
                               const std::string& name) {
-    require(archive.has(path_of(archive, name)), where, "{} is missing; expected a table written by drover calibrate",
-            path_of(archive, name));
-    files::Array array = archive.read(path_of(archive, name));
+    files::Array array = read_dataset(archive, where, name);
     require(array.shape.size() == 1 && !array.values.empty(), where, "{} is not a list; expected an axis with values",
             path_of(archive, name));
     return std::move(array.values);

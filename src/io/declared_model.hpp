@@ -86,4 +86,11 @@ struct DeclaredModel {
 /// model::Equations checks the equations.
 model::Model model_of(const DeclaredModel& declared);
 
+/// Whether one of these names occurs in a formula.
+bool mentions(const std::string& formula, const std::vector<std::string>& names);
+
+/// Where a model declares what none of its equations has, directly or by another name: "coefficients.a", "define.mu",
+/// "[[tabulated]] b".
+std::vector<std::string> without_effect(const DeclaredModel& model);
+
 }  // namespace drover::io

@@ -1,12 +1,11 @@
 // io/names_used.cpp: a search through the formulas of a model.
-#include "io/names_used.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <utility>
 
 #include "base/mapped.hpp"
+#include "io/declared_model.hpp"
 
 namespace drover::io {
 

@@ -105,15 +105,24 @@ void add_table(const std::string& section, const toml::table& table, const Sourc
     tables.emplace(section, std::move(located));
 }
 
+/// Calls read(table, section, where) for each table of a list: [[field]] number n is the section field[n].
+template <class Read>
+void for_items(const std::string& list, const toml::array& items, const std::string& file, Read read) {
+    std::size_t number = 0;
+    for (const toml::node& node : items) {
+        const toml::table* item = node.as_table();
+        const SourceLocation where = where_of(node.source(), file);
+        require(item != nullptr, where, "{} is not a list of tables; expected [[{}]]", list, list);
+        read(*item, text("{}[{}]", list, ++number), where);
+    }
+}
+
 /// [[terms]] number n is the section terms[n]; the numbers in its parameters are keys of the section terms.
 void add_terms(const toml::array& terms, const std::string& file, LocatedTables& tables) {
-    std::size_t number = 0;
     LocatedTable parameters{.where = where_of(terms.source(), file), .values = {}};
-    for (const toml::node& node : terms) {
-        const toml::table* term = node.as_table();
-        require(term != nullptr, where_of(node.source(), file), "terms is not a list of tables; expected [[terms]]");
+    for_items("terms", terms, file, [&](const toml::table& term, const std::string& section, const auto& term_where) {
         std::vector<std::string> names;
-        for (const auto& [key, value] : *term) {
+        for (const auto& [key, value] : term) {
             if (key.str() != "parameters") continue;
             const toml::table* numbers = value.as_table();
             require(numbers != nullptr, where_of(key.source(), file),
@@ -127,22 +136,10 @@ void add_terms(const toml::array& terms, const std::string& file, LocatedTables&
                                           LocatedValue{value_of(held, "terms." + names.back(), where), where});
             }
         }
-        const std::string section = text("terms[{}]", ++number);
-        add_table(section, *term, where_of(node.source(), file), file, tables);
+        add_table(section, term, term_where, file, tables);
         if (!names.empty()) tables.at(section).values.emplace(parameter_names, LocatedValue{names, {}});
-    }
+    });
     if (!parameters.values.empty()) tables.emplace("terms", std::move(parameters));
-}
-
-/// [[field]] number n is the section field[n].
-void add_list(const std::string& list, const toml::array& items, const std::string& file, LocatedTables& tables) {
-    std::size_t number = 0;
-    for (const toml::node& node : items) {
-        const toml::table* item = node.as_table();
-        require(item != nullptr, where_of(node.source(), file), "{} is not a list of tables; expected [[{}]]", list,
-                list);
-        add_table(text("{}[{}]", list, ++number), *item, where_of(node.source(), file), file, tables);
-    }
 }
 
 /// "section.key=value", without blanks around its parts.
@@ -221,7 +218,9 @@ LocatedTables read_tables(const std::string& toml, const std::string& file) {
         const std::string section(name.str());
         const SourceLocation where = where_of(name.source(), file);
         if (const toml::array* items = node.as_array(); items != nullptr && is_in_declared_list(section + "[")) {
-            add_list(section, *items, file, tables);
+            for_items(section, *items, file, [&](const auto& item, const auto& item_section, const auto& item_where) {
+                add_table(item_section, item, item_where, file, tables);
+            });
             continue;
         }
         if (const toml::array* terms = node.as_array(); terms != nullptr && section == "terms") {

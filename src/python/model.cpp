@@ -12,7 +12,6 @@
 #include "drover/model/evolution.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/declared_model.hpp"
-#include "io/names_used.hpp"
 #include "model/lowering.hpp"
 #include "python/bindings.hpp"
 

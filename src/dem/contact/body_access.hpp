@@ -40,4 +40,10 @@ inline Vector from_centre(const Spheres& spheres, std::uint32_t sphere) {
     return vector_of(spheres.position[sphere]) - spheres.rods.rod[spheres.rod(sphere)].position;
 }
 
+/// From the centre of mass to the point of contact of a sphere, on the side (1 or -1) against the normal, where
+/// `inside` of its radius is overlapped.
+inline Vector arm_of(const Spheres& spheres, std::uint32_t sphere, double side, const Vector& normal, double inside) {
+    return from_centre(spheres, sphere) - side * (spheres.position[sphere][3] - inside) * normal;
+}
+
 }  // namespace drover::dem

@@ -168,10 +168,8 @@ private:
         if (surface) trace_back_to_wall(overlap, spheres_.position[overlap.first], velocity, rules_.dt, walls_);
         else trace_back_to_contact(overlap, velocity, rules_.dt);
         contact.normal = overlap.normal;
-        contact.arm_first = from_centre(spheres_, overlap.first) - spheres_.position[overlap.first][3] * overlap.normal;
-        if (!surface)
-            contact.arm_second =
-                from_centre(spheres_, overlap.second) + spheres_.position[overlap.second][3] * overlap.normal;
+        contact.arm_first = arm_of(spheres_, overlap.first, 1.0, overlap.normal, 0.0);
+        if (!surface) contact.arm_second = arm_of(spheres_, overlap.second, -1.0, overlap.normal, 0.0);
         const Coefficients c = coefficients_of(overlap, spheres_, rules_.restitution, rules_.friction);
         contact.restitution = c.restitution;
         contact.friction = c.friction;

@@ -159,17 +159,14 @@ void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& s
     const double distance = length(overlap.apart), half = surface ? 0.0 : 0.5 * (overlap.reach - distance);
     const Vector normal = surface ? overlap.normal : 1.0 / distance * overlap.apart;
     // Both bodies feel the impulse in the middle of the overlap: angular momentum is conserved.
-    const auto arm = [&](std::uint32_t sphere, double side) {
-        return from_centre(spheres, sphere) - side * (spheres.position[sphere][3] - half) * normal;
-    };
     std::array<ImpactBody, 2> bodies{impact_body_of(spheres, overlap.first_body), {}};
     Contact contact{.first = 0,
                     .second = surface ? -1 : (image ? 0 : 1),
                     .normal = normal,
-                    .arm_first = arm(overlap.first, 1.0),
+                    .arm_first = arm_of(spheres, overlap.first, 1.0, normal, half),
                     .restitution = c.restitution,
                     .friction = c.friction};
-    if (!surface) contact.arm_second = arm(overlap.second, -1.0);
+    if (!surface) contact.arm_second = arm_of(spheres, overlap.second, -1.0, normal, half);
     if (contact.second == 1) bodies[1] = impact_body_of(spheres, overlap.second_body);
     const double approach = resolve_contact(friction, contact, bodies, report);
     if (approach == 0.0) return;

@@ -171,12 +171,9 @@ SoftRecord SoftContacts::record_of(const Overlap& overlap, const Spheres& sphere
                       .overlap = overlap.reach - distance,
                       .normal = surface ? overlap.normal : 1.0 / distance * overlap.apart};
     // Both bodies feel the force in the middle of the overlap: angular momentum is conserved.
-    const auto arm = [&](std::uint32_t sphere, double side) {
-        return from_centre(spheres, sphere) -
-               side * (spheres.position[sphere][3] - 0.5 * record.overlap) * record.normal;
-    };
-    record.arm_first = arm(overlap.first, 1.0);
-    if (!surface) record.arm_second = arm(overlap.second, -1.0);
+    const double half = 0.5 * record.overlap;
+    record.arm_first = arm_of(spheres, overlap.first, 1.0, record.normal, half);
+    if (!surface) record.arm_second = arm_of(spheres, overlap.second, -1.0, record.normal, half);
     if (overlap.second == Overlap::base || overlap.second == Overlap::lid)
         record.surface_velocity = {0.0, 0.0, base.velocity};
     return record;

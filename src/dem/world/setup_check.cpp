@@ -193,16 +193,12 @@ void check_contacts(const Setup& setup, double thinnest, const Locate& locate) {
             "contacts.simultaneity_gap = {} mm with spheres of radius {} mm; expected much less",
             setup.contacts.simultaneity_gap, 0.5 * thinnest);
     constexpr double periods = 0.05;
-    require(setup.contacts.substep * setup.plates.frequency <= periods,
-            first_given(locate, {"contacts.substep", "plates.frequency"}),
-            "contacts.substep = {} s with plates.frequency = {} 1/s; expected at most {} of a period: otherwise rods "
-            "penetrate the plates",
-            setup.contacts.substep, setup.plates.frequency, periods);
-    require(setup.contacts.rod_step * setup.plates.frequency <= periods,
-            first_given(locate, {"contacts.rod_step", "plates.frequency"}),
-            "contacts.rod_step = {} s with plates.frequency = {} 1/s; expected at most {} of a period: otherwise rods "
-            "penetrate the plates",
-            setup.contacts.rod_step, setup.plates.frequency, periods);
+    for (const auto& [key, step] :
+         {std::pair{"contacts.substep", setup.contacts.substep}, {"contacts.rod_step", setup.contacts.rod_step}})
+        require(step * setup.plates.frequency <= periods, first_given(locate, {key, "plates.frequency"}),
+                "{} = {} s with plates.frequency = {} 1/s; expected at most {} of a period: otherwise rods penetrate "
+                "the plates",
+                key, step, setup.plates.frequency, periods);
     const Packing& packing = setup.packing;
     require(packing.kind != PackingKind::file || !packing.file.empty(), locate("packing.kind"),
             "packing.kind = \"file\" without packing.file; name the file");

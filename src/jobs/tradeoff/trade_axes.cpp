@@ -5,7 +5,7 @@
 
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/error.hpp"
-#include "io/names_used.hpp"
+#include "io/declared_model.hpp"
 #include "io/scene_text.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"

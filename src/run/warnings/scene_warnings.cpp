@@ -6,7 +6,7 @@
 
 #include "base/constants.hpp"
 #include "calibrate/counterterm.hpp"
-#include "io/names_used.hpp"
+#include "io/declared_model.hpp"
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/program_functions.hpp"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "drover/base/threads.hpp"
-#include "io/names_used.hpp"
+#include "io/declared_model.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/shells.hpp"
 #include "numerics/steppers/time_method.hpp"
