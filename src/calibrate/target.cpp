@@ -7,6 +7,7 @@
 
 #include "base/constants.hpp"
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/onset.hpp"
 #include "calibrate/redraw.hpp"
@@ -123,10 +124,9 @@ std::vector<double> variances_by(const Source& source, const std::vector<TableTa
         for (std::size_t k = 0; k < targets.size(); ++k)
             for (std::size_t r = 0; r < drawn.size() && slopes[k] != 0.0; ++r) apart[k][r] += slopes[k] * drawn[r];
     }
-    std::vector<double> variances;
-    for (const std::vector<double>& of : apart)
-        variances.push_back(std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / error_draws);
-    return variances;
+    return mapped(apart, [](const std::vector<double>& of) {
+        return std::inner_product(of.begin(), of.end(), of.begin(), 0.0) / error_draws;
+    });
 }
 
 /// The same of what the measurements of c differ by.

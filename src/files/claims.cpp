@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "base/clock.hpp"
+#include "base/mapped.hpp"
 #include "files/bytes.hpp"
 #include "files/input_file.hpp"
 #include "files/system_calls.hpp"
@@ -306,9 +307,8 @@ Held Claims::holder(const std::string& key) const try {
 }
 
 std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times) try {
-    std::vector<ClaimHolder> holders;
     std::error_code problem;
-    if (!fs::is_directory(folder, problem)) return holders;
+    if (!fs::is_directory(folder, problem)) return {};
     const Claimant me = this_process(1, 1, 0);
     std::optional<Claims> here;
     std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
@@ -329,8 +329,7 @@ std::vector<ClaimHolder> claim_holders(const fs::path& folder, ClaimTimes times)
         holder.is_alive = is_running_here(holder.claimant, me).value_or(!is_silent);
         if (!entry.path().filename().string().starts_with(owner_prefix)) ++holder.keys;
     }
-    for (auto& [owner, holder] : by_owner) holders.push_back(std::move(holder));
-    return holders;
+    return mapped(by_owner, [](const auto& one) { return one.second; });
 } catch (const std::system_error& cause) {
     fail(folder, cause);
 }

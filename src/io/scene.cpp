@@ -333,10 +333,9 @@ std::string text_of(const WrittenTables& tables, const std::map<std::string, dou
                 result += key + " = " + toml_text(value) + "\n";
                 continue;
             }
-            std::vector<std::string> words;
-            for (const std::string& one : std::get<std::vector<std::string>>(value))
-                words.push_back(one + " = " + toml_text(parameters.at(one)));
-            result += "parameters = { " + joined(words) + " }\n";
+            const auto written = [&](const std::string& one) { return one + " = " + toml_text(parameters.at(one)); };
+            const auto& names = std::get<std::vector<std::string>>(value);
+            result += "parameters = { " + joined(mapped(names, written)) + " }\n";
         }
     }
     return result;

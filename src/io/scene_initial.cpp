@@ -90,14 +90,11 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
     reject_unknown_keys(table, "initial", rows);
     LocatedTable formulas{.where = table.where, .values = {}};
     const std::vector<Description> others = descriptions<model::Start>();
-    for (auto found = table.values.begin(); found != table.values.end();) {
-        const auto is_this = [&](const Description& row) { return row.name == found->first; };
-        if (std::ranges::any_of(others, is_this)) ++found;
-        else {
-            formulas.values.insert(*found);
-            found = table.values.erase(found);
-        }
-    }
+    std::erase_if(table.values, [&](const auto& one) {
+        const bool is_formula = std::ranges::find(others, one.first, &Description::name) == others.end();
+        if (is_formula) formulas.values.insert(one);
+        return is_formula;
+    });
     return formulas;
 }
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
 #include "dem/packing/supply.hpp"
@@ -123,10 +124,8 @@ Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::S
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area
     setup.cell.lx = setup.cell.ly = plan.cell;
     setup.rods.count = 2;
-    std::vector<Pair> path;
-    for (const std::vector<RodPose>& rods : rod_frames(plan, make, setup, seed))
-        path.push_back(pair_of(rods, plan.cell));
-    return evaluated(plan, path);
+    const auto pair = [&](const std::vector<RodPose>& rods) { return pair_of(rods, plan.cell); };
+    return evaluated(plan, mapped(rod_frames(plan, make, setup, seed), pair));
 }
 
 std::vector<double> estimates_of(const ScatteringPlan& plan, std::span<const double> means) {

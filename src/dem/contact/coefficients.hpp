@@ -35,6 +35,10 @@ inline void count_impact(const Overlap& overlap, const Spheres& spheres, Counts&
     else ++(first ? counts.bead_bead : counts.rod_rod);
 }
 
+inline bool is_pair_of_beads(const Overlap& overlap, const Spheres& spheres) {
+    return !overlap.is_with_surface() && spheres.is_bead(overlap.first) && spheres.is_bead(overlap.second);
+}
+
 /// The impact of two beads, `apart` being the velocity of the first one relative to the second, n the normal towards
 /// it, and ra and rb the distances of the centres from the point of contact.  Changes velocities and spins; returns the
 /// impulse on the first one, or nothing where the beads part or the impulse is not finite.

@@ -6,17 +6,12 @@ namespace drover::dem {
 namespace {
 constexpr double min_steps = 20.0;  // of dt within the shortest contact
 
-/// Largest change of the normal velocity at a contact of a body per normal impulse [1/mg].
-double max_response(const Shape& shape) {
-    double response = 0.0;
-    for (const double at : shape.at) response = std::max(response, 1.0 / shape.mass + at * at / shape.inertia_across);
-    return response;
-}
-
 /// Smallest reduced mass of a contact of two bodies [mg].
 double min_reduced_mass(const std::vector<Shape>& shapes) {
-    double response = 0.0;
-    for (const Shape& shape : shapes) response = std::max(response, max_response(shape));
+    double response = 0.0;  // largest change of the normal velocity at a contact of a body per normal impulse [1/mg]
+    for (const Shape& shape : shapes)
+        for (const double at : shape.at)
+            response = std::max(response, 1.0 / shape.mass + at * at / shape.inertia_across);
     return 0.5 / response;
 }
 

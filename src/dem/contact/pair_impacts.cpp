@@ -240,10 +240,6 @@ private:
     std::vector<ImpactBody> bodies_;
     std::vector<Contact> contacts_;
 };
-
-bool is_pair_of_beads(const Overlap& overlap, const Spheres& spheres) {
-    return !overlap.is_with_surface() && spheres.is_bead(overlap.first) && spheres.is_bead(overlap.second);
-}
 }  // namespace
 
 void PairImpacts::group(const std::vector<Overlap>& overlaps, std::size_t bodies) {

@@ -233,9 +233,7 @@ ContactReport resolve_pairs(const std::vector<Overlap>& overlaps, Spheres& spher
             for (std::size_t i = 0; i < overlaps.size(); ++i) {
                 const Overlap& overlap = overlaps[backwards ? overlaps.size() - 1 - i : i];
                 record_depth(overlap, spheres, report);
-                const bool beads =
-                    !overlap.is_with_surface() && spheres.is_bead(overlap.first) && spheres.is_bead(overlap.second);
-                if (beads) resolve_beads(overlap, spheres, rules, report);
+                if (is_pair_of_beads(overlap, spheres)) resolve_beads(overlap, spheres, rules, report);
                 else resolve_any(friction, overlap, spheres, rules, report);
             }
         },

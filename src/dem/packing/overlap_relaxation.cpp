@@ -57,7 +57,7 @@ namespace {
 /// Pairs of spheres that can come to overlap before one of them has moved by half the skin.
 struct Neighbours {
     double skin = 0.0;
-    std::vector<std::uint32_t> first, second;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
     std::vector<Vector> centre;  ///< of the spheres when the list was made
 };
 
@@ -84,12 +84,9 @@ void for_pairs(const OverlapRelaxation& relaxation, double skin, const Visit& vi
 }
 
 void list(const OverlapRelaxation& relaxation, Neighbours& neighbours) {
-    neighbours.first.clear();
-    neighbours.second.clear();
-    for_pairs(relaxation, neighbours.skin, [&](std::uint32_t a, std::uint32_t b, const Vector&) {
-        neighbours.first.push_back(a);
-        neighbours.second.push_back(b);
-    });
+    neighbours.pairs.clear();
+    for_pairs(relaxation, neighbours.skin,
+              [&](std::uint32_t a, std::uint32_t b, const Vector&) { neighbours.pairs.emplace_back(a, b); });
     neighbours.centre = relaxation.centre;
 }
 
@@ -106,8 +103,7 @@ bool is_stale(const OverlapRelaxation& relaxation, const Neighbours& neighbours)
 double push_pairs(OverlapRelaxation& relaxation, const Neighbours& neighbours) {
     const NearestImage apart(relaxation.cell);
     double deepest = 0.0;
-    for (std::size_t p = 0; p < neighbours.first.size(); ++p) {
-        const std::uint32_t a = neighbours.first[p], b = neighbours.second[p];
+    for (const auto& [a, b] : neighbours.pairs) {
         const Vector d = apart(relaxation.centre[a], relaxation.centre[b]);
         const double reach = relaxation.reach[a] + relaxation.reach[b], square = dot(d, d);
         if (square >= reach * reach) continue;
