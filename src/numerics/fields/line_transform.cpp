@@ -1,6 +1,8 @@
 // numerics/fields/line_transform.cpp: plans of FFTW for lines, and long lines in two passes.
 #include "numerics/fields/line_transform.hpp"
 
+#include <fftw3.h>
+
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -48,7 +50,10 @@ std::size_t larger_factor(std::size_t length) {
 
 }  // namespace
 
-void PlanDeleter::operator()(fftw_plan plan) const {
+void* allocate_line(std::size_t bytes) { return fftw_malloc(bytes); }
+void free_line(void* values) { fftw_free(values); }
+
+void PlanDeleter::operator()(fftw_plan_s* plan) const {
     const std::lock_guard lock(planner_mutex());
     fftw_destroy_plan(plan);
 }
@@ -113,5 +118,7 @@ void LineTransform::in_two_passes(const Complex* from, Complex* to) const {
         for (std::size_t r = 0; r < second_; ++r) collect_line(out + r, second, to + r * first_ + k);
     }
 }
+
+const char* line_library() { return fftw_version; }
 
 }  // namespace drover::numerics

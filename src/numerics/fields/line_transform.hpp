@@ -1,7 +1,5 @@
 // numerics/fields/line_transform.hpp: complex transforms of lines, by FFTW, and aligned memory for them.
 #pragma once
-#include <fftw3.h>
-
 #include <cstdint>
 #include <memory>
 #include <new>
@@ -9,9 +7,16 @@
 
 #include "numerics/fields/complex_registers.hpp"
 
+struct fftw_plan_s;  // what fftw_plan points to
+
 namespace drover::numerics {
 
 inline constexpr std::size_t line_rows = 4;  // of one column: a cache line
+
+void* allocate_line(std::size_t bytes);  // null where memory is short
+void free_line(void* values);
+
+const char* line_library();  // its name and version
 
 /// Memory aligned for the vector instructions of FFTW; every array in it starts on a cache line.
 template <class Number>
@@ -19,7 +24,7 @@ class Aligned {
 public:
     Number* buffer(std::size_t count) {
         if (count > size_) {
-            values_.reset(static_cast<Number*>(fftw_malloc(count * sizeof(Number) + line)));
+            values_.reset(static_cast<Number*>(allocate_line(count * sizeof(Number) + line)));
             if (!values_) throw std::bad_alloc();
             size_ = count;
         }
@@ -30,7 +35,7 @@ public:
 private:
     static constexpr std::uintptr_t line = 64;
     struct Free {
-        void operator()(void* values) const { fftw_free(values); }
+        void operator()(void* values) const { free_line(values); }
     };
     std::unique_ptr<Number, Free> values_;
     std::size_t size_ = 0;
@@ -45,16 +50,16 @@ inline void collect_line(const Complex* from, std::size_t row, Complex* to) {
 }
 
 struct PlanDeleter {
-    void operator()(fftw_plan plan) const;
+    void operator()(fftw_plan_s* plan) const;
 };
-using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, PlanDeleter>;
+using Plan = std::unique_ptr<fftw_plan_s, PlanDeleter>;
 
 /// Of lines of complex numbers at a distance that is a multiple of 32 bytes, or of single numbers.  The plans are
 /// estimated, not measured: which plan is fastest varies between runs, and with it the last bits of the results.
 class LineTransform {
 public:
     LineTransform() = default;
-    LineTransform(std::size_t length, std::size_t distance, int direction);
+    LineTransform(std::size_t length, std::size_t distance, int sign_of_exponent);
     void operator()(std::size_t lines, const Complex* from, Complex* to) const;
 
 private:

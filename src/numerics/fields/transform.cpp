@@ -197,10 +197,10 @@ Transform::Plans::Plans(const Grid& the_grid, int degree, Threads& the_threads) 
     strip_columns = ny == 1 ? points_in_strip : columns_in_strip;
     pitch = ny == 1 ? 1 : (ny / line_rows + 1) * line_rows;
     rows = std::min(ny, std::max(line_rows, points_in_strip / nx / line_rows * line_rows));
-    row_forward = LineTransform(nx, nx, FFTW_FORWARD);
-    row_backward = LineTransform(nx, nx, FFTW_BACKWARD);
-    column_forward = LineTransform(ny, pitch, FFTW_FORWARD);
-    column_backward = LineTransform(ny, pitch, FFTW_BACKWARD);
+    row_forward = LineTransform(nx, nx, -1);
+    row_backward = LineTransform(nx, nx, +1);
+    column_forward = LineTransform(ny, pitch, -1);
+    column_backward = LineTransform(ny, pitch, +1);
 }
 
 std::vector<double> Transform::Plans::backward_columns(std::span<const Complex* const> from,
@@ -449,6 +449,6 @@ void Transform::products(std::span<const Complex* const> from, std::span<Complex
     p.forward_columns(out, p.pairs_out, to);
 }
 
-std::string transform_library() { return fftw_version; }
+std::string transform_library() { return line_library(); }
 
 }  // namespace drover::numerics
