@@ -243,6 +243,11 @@ Value Lowering::operation(const FormulaText& text, const Formula& f) {
     const Formula& argument = f.arguments[0];
     if (scope_ != nullptr && (argument.kind != Formula::Kind::name || scope_->names.count(argument.name) == 0))
         text.fail(argument.at, drover::text("the name of a field after {}", f.name));
+    const bool is_number = argument.kind == Formula::Kind::number ||
+                           (argument.kind == Formula::Kind::name && model_.coefficients.count(argument.name) > 0);
+    if (is_number && scope_ == nullptr && f.name != "perp")
+        text.fail_with(f.at, "{} of a number is 0; expected the number before it, or {}(...) of the whole product",
+                       f.name, f.name);
     return applied(text, f, value_of(text, f.arguments[0]));
 }
 

@@ -306,9 +306,11 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
     require(budget.empty() || !want.empty(), {}, "budget = \"{}\" without want; expected both, or neither", budget);
     require(1 <= share && share <= shares, {}, "share = ({}, {}); expected (i, n) with i from 1 to n", share, shares);
+    // Before the options: GCC 12 destroys their folder twice where a later initialiser throws.
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
     jobs::CalibrationOptions options{
         {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
-        jobs::parse_accuracy_targets(want)};
+        std::move(targets)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
     nlohmann::json result{{"file", outcome.file.string()},
@@ -331,8 +333,9 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
     const double seconds = seconds_of(budget, "budget");
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);  // before the options, as above
     const jobs::TradeoffOptions options{{.folder = folder, .workers = workers, .collect = collect, .quiet = quiet},
-                                        jobs::parse_accuracy_targets(want),
+                                        std::move(targets),
                                         seconds,
                                         seconds};
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
@@ -367,7 +370,8 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    jobs::CalibrationOptions options{{.folder = folder}, jobs::parse_accuracy_targets(want)};
+    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);  // before the options, as above
+    jobs::CalibrationOptions options{{.folder = folder}, std::move(targets)};
     if (!budget.empty()) options.budget = seconds_of(budget, "budget");
     return jobs::calibration_status(scene, options);
 }

@@ -92,7 +92,7 @@ private:
         return t;
     }
     Found prefix(Kind kind, const char* name, int indices, int spin, const Found& a) {
-        if (!a) return std::nullopt;
+        if (!a || (kind != Kind::perp && a->kind == Kind::number)) return std::nullopt;
         Tree t = joined(kind, indices, spin, {*a});
         t.derivatives += kind == Kind::lap ? 2 : kind == Kind::perp || kind == Kind::sym ? 0 : 1;
         if (kind == Kind::curl || kind == Kind::perp) t.parity = -t.parity;
