@@ -1,5 +1,5 @@
-// io/scene_parts.hpp: the parts of a scene between TOML tables and values: its model, of a file
-// or declared, its start, and the whole.
+// io/scene_parts.hpp: the parts of a scene between TOML tables and values: its model, of a file or declared, its start;
+// and a scene from its tables.
 #pragma once
 #include <map>
 #include <span>

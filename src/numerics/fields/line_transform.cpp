@@ -31,13 +31,13 @@ LineBuffers& line_buffers() {
     return buffers.get();
 }
 
-Plan line_plan(std::size_t lines, std::size_t length, std::size_t distance, int direction) {
+Plan line_plan(std::size_t lines, std::size_t length, std::size_t distance, int sign_of_exponent) {
     Aligned<Complex> from, to;
     fftw_complex *const in = raw(from.buffer(lines * distance)), *const out = raw(to.buffer(lines * distance));
     const auto n = static_cast<int>(length), between = static_cast<int>(distance);
     const std::lock_guard lock(planner_mutex());
     return Plan(fftw_plan_many_dft(1, &n, static_cast<int>(lines), in, nullptr, 1, between, out, nullptr, 1, between,
-                                   direction, FFTW_ESTIMATE));
+                                   sign_of_exponent, FFTW_ESTIMATE));
 }
 
 /// The larger factor of a length, the smaller being near its square root; 0: none is a multiple of 4.
@@ -58,20 +58,20 @@ void PlanDeleter::operator()(fftw_plan_s* plan) const {
     fftw_destroy_plan(plan);
 }
 
-LineTransform::LineTransform(std::size_t length, std::size_t distance, int direction)
+LineTransform::LineTransform(std::size_t length, std::size_t distance, int sign_of_exponent)
     : length_(length), distance_(distance) {
     constexpr std::size_t long_line = 8192;  // longer ones do not fit in the second-level cache
     if (length == 1) return;
     second_ = length >= long_line ? larger_factor(length) : 0;
     if (second_ == 0) {
-        four_ = line_plan(4, length, distance, direction);
-        one_ = line_plan(1, length, distance, direction);
+        four_ = line_plan(4, length, distance, sign_of_exponent);
+        one_ = line_plan(1, length, distance, sign_of_exponent);
         return;
     }
     first_ = length / second_;
-    of_first_ = line_plan(4, first_, first_ + 4, direction);
-    of_second_ = line_plan(4, second_, second_ + 4, direction);
-    const double turn = direction * 2.0 * std::numbers::pi / static_cast<double>(length);
+    of_first_ = line_plan(4, first_, first_ + 4, sign_of_exponent);
+    of_second_ = line_plan(4, second_, second_ + 4, sign_of_exponent);
+    const double turn = sign_of_exponent * 2.0 * std::numbers::pi / static_cast<double>(length);
     factors_.reserve(length);
     for (std::size_t i = 0; i < second_; i += 4)
         for (std::size_t k = 0; k < first_; ++k)

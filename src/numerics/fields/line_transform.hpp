@@ -16,7 +16,7 @@ inline constexpr std::size_t line_rows = 4;  // of one column: a cache line
 void* allocate_line(std::size_t bytes);  // null where memory is short
 void free_line(void* values);
 
-const char* line_library();  // its name and version
+const char* line_library();  // name and version of FFTW
 
 /// Memory aligned for the vector instructions of FFTW; every array in it starts on a cache line.
 template <class Number>

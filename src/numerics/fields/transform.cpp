@@ -75,7 +75,8 @@ void join_parts(const double* real, const double* imaginary, std::size_t count, 
         squares[1][0] += to[i].imag() * to[i].imag();
     }
 }
-double total(const Quad& parts) { return parts[0] + parts[1] + parts[2] + parts[3]; }
+/// Parts that are swapped have the same: an array has it as the first and as the second of a pair.
+double total(const Quad& parts) { return (parts[0] + parts[1]) + (parts[2] + parts[3]); }
 
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 /// Two arrays that are transformed as one complex array, or one alone.
@@ -118,15 +119,17 @@ std::vector<double> sum_of_strips(std::span<const double> strips, std::size_t ar
     return sum;
 }
 
-/// Calls transform(pairs), which returns the sum of the squares of each array, and again where they belong in other
-/// pairs than these before.  The last call is for the pairs that the arrays tell, whatever the pairs were.
+/// Calls transform(pairs), which returns the sum of the squares of each array, and once more where they belong in other
+/// pairs than these before: the result is that of the pairs that the arrays tell.
 template <class Body>
 void transform_in_pairs(std::vector<Pairing>& pairs, std::size_t arrays, Body transform) {
     std::size_t paired = 0;
     for (const Pairing& pair : pairs) paired += pair.second == none ? 1 : 2;
     if (paired != arrays) pairs = pairs_of(std::vector<double>(arrays, 1.0));
-    for (std::vector<Pairing> better = pairs_of(transform(pairs)); better != pairs; better = pairs_of(transform(pairs)))
-        pairs = std::move(better);
+    std::vector<Pairing> better = pairs_of(transform(pairs));
+    if (better == pairs) return;
+    pairs = std::move(better);
+    transform(pairs);
 }
 }  // namespace
 
