@@ -217,8 +217,9 @@ bool add_numbers(const io::Scene& scene, const std::vector<std::string>& keys, c
     return is_in_noise;
 }
 
-WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, const WaveChoice& choice,
+WaveRecord record_of(const io::Scene& scene, const model::Equations& equations, WaveChoice choice,
                      const FrameSource& source) {
+    choice.units = source.scene.units;
     const bool is_own = scene.kind == io::SceneKind::model, is_of_own = source.scene.kind == io::SceneKind::model;
     require(!is_own || is_of_own, {source.name}, "is no run of a model of its own; expected one with the fields of {}",
             scene.file);

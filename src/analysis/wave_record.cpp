@@ -36,8 +36,8 @@ bool ends_off_schedule(const std::vector<double>& times, const std::vector<std::
 FrameTimes frames_of(const std::vector<double>& times, const std::string& name, const WaveChoice& choice) {
     require(choice.every >= 1, {name}, "every {} frames; expected at least 1", choice.every);
     const double end = choice.end.value_or(times.empty() ? 0.0 : times.back());
-    require(choice.begin >= 0.0 && end >= 0.0, {name}, "frames from {} to {} s; expected times of 0 or more",
-            choice.begin, end);
+    require(choice.begin >= 0.0 && end >= 0.0, {name}, "frames from {} to {}; expected times of 0 or more",
+            io::in_unit("{}", choice.begin, "s", choice.units), io::in_unit("{}", end, "s", choice.units));
     const double slack = times.size() > 1 ? 1e-6 * (times[1] - times[0]) : 0.0;
     FrameTimes frames;
     for (std::size_t i = 0; i < times.size(); ++i) {
@@ -49,17 +49,18 @@ FrameTimes frames_of(const std::vector<double>& times, const std::string& name, 
     }
     if (ends_off_schedule(times, frames.numbers)) frames.numbers.pop_back();
     const std::size_t count = frames.numbers.size();
+    const auto time_text = [&](double time) { return io::in_unit("{:.6g}", time, "s", choice.units); };
     require(count > calibrate::min_wave_pairs, {name},
-            "has {} frames from {:.6g} to {:.6g} s, one in {}; expected at least {}: run it with a smaller "
+            "has {} frames from {} to {}, one in {}; expected at least {}: run it with a smaller "
             "output.frame_every, or for longer",
-            count, choice.begin, end, choice.every, calibrate::min_wave_pairs + 1);
+            count, time_text(choice.begin), time_text(end), choice.every, calibrate::min_wave_pairs + 1);
     frames.spacing = (times[frames.numbers.back()] - times[frames.numbers.front()]) / static_cast<double>(count - 1);
     for (std::size_t k = 1; k < count; ++k) {
         const double apart = times[frames.numbers[k]] - times[frames.numbers[k - 1]];
         require(std::abs(apart - frames.spacing) <= 1e-6 * frames.spacing, {name},
-                "has frames {:.6g} s apart at {:.6g} s, where the mean is {:.6g} s; expected equal times: choose a "
+                "has frames {} apart at {}, where the mean is {}; expected equal times: choose a "
                 "part of the run with --from and --to",
-                apart, times[frames.numbers[k]], frames.spacing);
+                time_text(apart), time_text(times[frames.numbers[k]]), time_text(frames.spacing));
     }
     return frames;
 }
@@ -71,17 +72,18 @@ struct Wavenumber {
 std::vector<Wavenumber> wavenumbers_of(double lx, double ly, const std::string& name, const WaveChoice& choice) {
     const double turn = 2.0 * std::numbers::pi, smallest = turn / std::max(lx, ly),
                  largest = choice.max_wavenumber.value_or(3.0 * smallest) * (1.0 + 1e-9);
-    require(largest >= 0.0, {name}, "a largest wavenumber of {} /mm; expected 0 or more", largest);
+    const std::string shown = io::in_unit("{:.4g}", largest, "/mm", choice.units);
+    require(largest >= 0.0, {name}, "a largest wavenumber of {}; expected 0 or more", shown);
     const double columns = largest * lx / turn, rows = largest * ly / turn;
     require(std::numbers::pi / 2.0 * columns * rows <= 2.0 * static_cast<double>(max_waves), {name},
-            "a largest wavenumber of {:.4g} /mm; expected one below which there are at most {} waves: choose {:.3g}",
-            largest, max_waves, 3.0 * smallest);
+            "a largest wavenumber of {}; expected one below which there are at most {} waves: choose {:.3g}", shown,
+            max_waves, 3.0 * smallest);
     std::vector<Wavenumber> found{{0, 0}};
     for (int x = 0; x <= static_cast<int>(columns); ++x)
         for (int y = -static_cast<int>(rows); y <= static_cast<int>(rows); ++y)
             if ((x > 0 || y > 0) && std::hypot(turn * x / lx, turn * y / ly) <= largest) found.push_back({x, y});
-    require(found.size() <= max_waves, {name}, "{} waves up to {:.4g} /mm; expected at most {}: choose {:.3g}",
-            found.size(), largest, max_waves, 3.0 * smallest);
+    require(found.size() <= max_waves, {name}, "{} waves up to {}; expected at most {}: choose {:.3g}", found.size(),
+            shown, max_waves, 3.0 * smallest);
     return found;
 }
 
@@ -180,9 +182,6 @@ Complex wave_sum(const numerics::Wavevector& q, const Plane& at, const std::vect
     for (std::size_t i = 0; i < at.x.size(); ++i) sum += weights[i] * std::polar(1.0, -(q.x * at.x[i] + q.y * at.y[i]));
     return sum;
 }
-}  // namespace
-
-namespace {
 constexpr const char* bead_body = "bead";
 }  // namespace
 

@@ -14,6 +14,7 @@ struct WaveChoice {
     double begin = 0.0;                                   ///< of the frames [s]
     std::optional<double> end = std::nullopt;             ///< of the frames [s]; none: the last
     int every = 1;                                        ///< frames from one used to the next
+    io::Units units = {};                                 ///< for messages
 };
 
 /// The fields of the frames of a run, in the order of their amplitudes.

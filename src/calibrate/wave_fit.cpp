@@ -164,7 +164,7 @@ public:
     std::string without_noise(const VectorXd& values) const {
         const LinearWaves e = equations(values);
         for (const Wave& wave : waves_)
-            if (!whitening_of(step_of(e, wave).noise)) return text("q = ({:.4g}, {:.4g}) /mm", wave.q.x, wave.q.y);
+            if (!whitening_of(step_of(e, wave).noise)) return text("q = ({:.4g}, {:.4g})", wave.q.x, wave.q.y);
         return "some q";
     }
 

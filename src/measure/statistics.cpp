@@ -80,29 +80,24 @@ void extend_lagged_products(std::span<const double> deviations, std::vector<doub
     for (std::size_t k = 0; k < lags_at_once && products.size() < lags; ++k) products.push_back(sums[k]);
 }
 
-/// A time rounded to three digits, upwards on request.
-std::string time_text(double time, bool up = false) {
-    if (!(time > 0.0)) return text("{} s", time);
-    const double unit = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
-    const double steps = up ? std::ceil(time / unit - 1e-6) : std::round(time / unit);
-    return text("{:.6g} s", unit < 1.0 ? steps / std::round(1.0 / unit) : steps * std::round(unit));
-}
-
 /// Why there is no error estimate, if there is none.  n: samples after warm-up; tau: in samples.
-std::optional<std::string> too_short(std::size_t n, double tau, double spacing, double warm_up) {
+std::optional<std::string> too_short(std::size_t n, double tau, const Samples& timing, double warm_up) {
+    const auto run_for = [&](double samples) {
+        return time_text(warm_up + samples * timing.spacing, timing.time_unit, true);
+    };
     const double min_times = autocorrelation_times_per_block * static_cast<double>(min_blocks);
     const auto min_samples = static_cast<std::size_t>(std::ceil(min_times / 2.0));
     if (n < min_samples)
         return text("no error estimate: {} after warm-up; at least {} are needed: run for {}",
                     n == 1 ? std::string("one sample") : text("{} samples", n), min_samples,
-                    time_text(warm_up + static_cast<double>(min_samples) * spacing, true));
+                    run_for(static_cast<double>(min_samples)));
     const double times = static_cast<double>(n) / tau;
     if (times < min_times)
         return text(
             "no error estimate: the run has {:.3g} autocorrelation times ({}) after warm-up; expected blocks of "
             "{} each, at least {} of them: run for {}",
-            times, time_text(static_cast<double>(n) * spacing), autocorrelation_times_per_block, min_blocks,
-            time_text(warm_up + min_times * tau * spacing, true));
+            times, time_text(static_cast<double>(n) * timing.spacing, timing.time_unit),
+            autocorrelation_times_per_block, min_blocks, run_for(min_times * tau));
     return std::nullopt;
 }
 
@@ -183,13 +178,14 @@ std::string undefined_samples(std::span<const double> values, std::size_t skippe
 }
 
 /// Common to all estimates.  The series include the warm-up.
-Estimate estimate(Series series, double spacing, std::size_t skip, const Function& function) {
+Estimate estimate(Series series, const Samples& timing, const Function& function) {
+    const double spacing = timing.spacing;
     require(!series.empty(), {}, "no series to average; expected at least one");
     require(spacing > 0.0 && std::isfinite(spacing), {}, "samples {} s apart; expected a positive time", spacing);
     for (const auto& values : series)
         require(values.size() == series[0].size(), {}, "series of {} and of {} samples; expected the same length",
                 series[0].size(), values.size());
-    const std::size_t skipped = std::min(skip, series[0].size());
+    const std::size_t skipped = std::min(timing.skip, series[0].size());
     Estimate result{.mean = nan,
                     .autocorrelation_time = nan,
                     .warm_up = static_cast<double>(skipped) * spacing,
@@ -210,7 +206,7 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
     if (result.samples > 0) result.mean = function(means_of(series));
     if (result.samples > 0 && !std::isfinite(result.mean)) result.why_no_error = not_finite;
     else if (result.samples > 1 && constant) result.error = 0.0;
-    else if (const auto why = too_short(result.samples, slowest.integrated, spacing, result.warm_up))
+    else if (const auto why = too_short(result.samples, slowest.integrated, timing, result.warm_up))
         result.why_no_error = *why;
     else add_jackknife(std::move(series), slowest, spacing, function, result);
     return result;
@@ -219,7 +215,7 @@ Estimate estimate(Series series, double spacing, std::size_t skip, const Functio
 /// Functions of the values of one series, as several series.
 Samples derived(const Samples& samples, std::size_t series,
                 const std::vector<std::function<double(double)>>& functions) {
-    Samples result{.spacing = samples.spacing, .skip = samples.skip};
+    Samples result{.spacing = samples.spacing, .skip = samples.skip, .time_unit = samples.time_unit};
     for (const auto& function : functions) {
         result.series.push_back(samples.series.at(series));
         for (double& value : result.series.back()) value = function(value);
@@ -228,6 +224,14 @@ Samples derived(const Samples& samples, std::size_t series,
 }
 
 }  // namespace
+
+std::string time_text(double time, const std::string& unit, bool up) {
+    const std::string after = unit == "1" ? "" : " " + unit;
+    if (!(time > 0.0)) return text("{}{}", time, after);
+    const double step = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
+    const double steps = up ? std::ceil(time / step - 1e-6) : std::round(time / step);
+    return text("{:.6g}{}", step < 1.0 ? steps / std::round(1.0 / step) : steps * std::round(step), after);
+}
 
 CorrelationTimes correlation_times(std::span<const double> values) {
     if (!all_finite(values)) return {nan, nan};
@@ -324,11 +328,11 @@ std::size_t warm_up_length(std::span<const double> values) {
 }
 
 Estimate estimate_mean(const Samples& samples, std::size_t series) {
-    return estimate({samples.series.at(series)}, samples.spacing, samples.skip, [](auto means) { return means[0]; });
+    return estimate({samples.series.at(series)}, samples, [](auto means) { return means[0]; });
 }
 
 Estimate estimate_function(const Samples& samples, const Function& function) {
-    return estimate(Series(samples.series.begin(), samples.series.end()), samples.spacing, samples.skip, function);
+    return estimate(Series(samples.series.begin(), samples.series.end()), samples, function);
 }
 
 Estimate estimate_susceptibility(const Samples& samples, std::size_t series, double area) {
@@ -348,14 +352,13 @@ Estimate estimate_binder_cumulant(const Samples& samples, std::size_t series) {
 }
 
 Estimate estimate_deviation(const Samples& samples, std::size_t series) {
-    return estimate({samples.series.at(series)}, samples.spacing, samples.skip,
-                    [](auto means) { return std::sqrt(means[0]); });
+    return estimate({samples.series.at(series)}, samples, [](auto means) { return std::sqrt(means[0]); });
 }
 
 Estimate estimate_local_exponent(const Samples& samples, std::size_t small, std::size_t large, double ratio) {
     require(ratio > 0.0 && ratio != 1.0 && std::isfinite(ratio), {}, "boxes of a ratio of {}; expected one above 1",
             ratio);
-    return estimate({samples.series.at(small), samples.series.at(large)}, samples.spacing, samples.skip,
+    return estimate({samples.series.at(small), samples.series.at(large)}, samples,
                     [=](auto means) { return 0.5 * std::log(means[1] / means[0]) / std::log(ratio); });
 }
 

@@ -26,10 +26,16 @@ std::size_t checked_samples(const Recorded& recorded) {
     return samples.value_or(0);
 }
 
+/// Samples at the times of `timing`, which has no series.
+Samples with_series(Samples timing, std::vector<std::vector<double>> series) {
+    timing.series = std::move(series);
+    return timing;
+}
+
 /// Each value of an observable as a series of its own.
-Samples split(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+Samples split(const RecordedSeries& recorded, const Samples& timing) {
     const std::size_t size = size_of(recorded.axes);
-    Samples result{.series = std::vector<std::vector<double>>(size), .spacing = spacing, .skip = skip};
+    Samples result = with_series(timing, std::vector<std::vector<double>>(size));
     for (std::size_t k = 0; k < size; ++k)
         for (std::size_t i = k; i < recorded.values.size(); i += size) result.series[k].push_back(recorded.values[i]);
     return result;
@@ -41,9 +47,9 @@ void unwrap(std::vector<double>& angles) {
         angles[i] = angles[i - 1] + std::remainder(angles[i] - angles[i - 1], 2.0 * std::numbers::pi);
 }
 
-SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+SummaryRow mean_row(const RecordedSeries& recorded, const Samples& timing) {
     SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}, recorded.nature};
-    Samples samples = split(recorded, spacing, skip);
+    Samples samples = split(recorded, timing);
     for (std::size_t k = 0; k < samples.series.size(); ++k) {
         const bool is_direction = recorded.averaging == Averaging::direction;
         if (is_direction) unwrap(samples.series[k]);
@@ -55,9 +61,9 @@ SummaryRow mean_row(const RecordedSeries& recorded, double spacing, std::size_t 
 }
 
 /// The last value of a running maximum.
-SummaryRow maximum_row(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+SummaryRow maximum_row(const RecordedSeries& recorded, const Samples& timing) {
     SummaryRow row{recorded.name, recorded.unit, recorded.formula, recorded.axes, {}, recorded.nature};
-    for (const std::vector<double>& values : split(recorded, spacing, skip).series)
+    for (const std::vector<double>& values : split(recorded, timing).series)
         row.estimates.push_back({.mean = values.empty() ? nan : values.back(),
                                  .samples = values.size(),
                                  .why_no_error = "no error estimate: it is the largest value of the run",
@@ -66,16 +72,13 @@ SummaryRow maximum_row(const RecordedSeries& recorded, double spacing, std::size
 }
 
 /// Gives the means of a product the errors of blocks that are long enough for its squares.
-void take_memory(const RecordedSeries& product, const std::array<const RecordedSeries*, 2>& squares, double spacing,
-                 std::size_t skip, SummaryRow& row) {
-    const Samples own = split(product, spacing, skip), first = split(*squares[0], spacing, skip),
-                  second = split(*squares[1], spacing, skip);
+void take_memory(const RecordedSeries& product, const std::array<const RecordedSeries*, 2>& squares,
+                 const Samples& timing, SummaryRow& row) {
+    const Samples own = split(product, timing), first = split(*squares[0], timing), second = split(*squares[1], timing);
     for (std::size_t k = 0; k < row.estimates.size(); ++k) {
         Estimate& one = row.estimates[k];
         if (!one.error || *one.error == 0.0) continue;
-        const Samples all{.series = {own.series[k], first.series[k], second.series[k]},
-                          .spacing = spacing,
-                          .skip = skip};
+        const Samples all = with_series(timing, {own.series[k], first.series[k], second.series[k]});
         const Estimate long_blocks = estimate_function(all, [](auto means) { return means[0]; });
         one.why_no_error = long_blocks.why_no_error;
         one.autocorrelation_time = std::max(one.autocorrelation_time, long_blocks.autocorrelation_time);
@@ -88,52 +91,50 @@ void take_memory(const RecordedSeries& product, const std::array<const RecordedS
     }
 }
 
-SummaryRow rate_row(RecordedSeries series, double spacing, std::size_t skip) {
-    series.values = rates(series.values, spacing);
+SummaryRow rate_row(RecordedSeries series, const Samples& timing) {
+    series.values = rates(series.values, timing.spacing);
     series.name += "_rate";
     const bool counts = series.unit == "1";
     series.unit = counts ? "s-1" : series.unit + " s-1";
-    SummaryRow row = mean_row(series, spacing, std::min(skip, series.values.size()));
+    SummaryRow row = mean_row(series, timing);
     row.formula = "mean rate: " + series.formula;
     if (Estimate& rate = row.estimates.front(); counts && rate.mean == 0.0 && rate.error) {
-        const double seconds = static_cast<double>(rate.samples) * spacing;
         rate.error.reset();
-        rate.why_no_error = text("no error estimate: no event in {:.4g} s, so the rate is below about {:.2g} /s",
-                                 seconds, 1.0 / seconds);
+        rate.why_no_error = text("no error estimate: no event in {}, so the rate is below about one in that time",
+                                 time_text(static_cast<double>(rate.samples) * timing.spacing, timing.time_unit));
     }
     return row;
 }
 
-SummaryRow row_of(const RecordedSeries& recorded, double spacing, std::size_t skip) {
+SummaryRow row_of(const RecordedSeries& recorded, const Samples& timing) {
     switch (recorded.averaging) {
-        case Averaging::maximum: return maximum_row(recorded, spacing, skip);
-        case Averaging::rate: return rate_row(recorded, spacing, skip);
-        default: return mean_row(recorded, spacing, skip);
+        case Averaging::maximum: return maximum_row(recorded, timing);
+        case Averaging::rate: return rate_row(recorded, timing);
+        default: return mean_row(recorded, timing);
     }
 }
 
 SummaryRow quotient_row(const Quotient& quotient, const RecordedSeries& sum, const RecordedSeries& weight,
-                        double spacing, std::size_t skip) {
-    const Samples sums = split(sum, spacing, skip), weights = split(weight, spacing, skip);
+                        const Samples& timing) {
+    const Samples sums = split(sum, timing), weights = split(weight, timing);
     SummaryRow row{quotient.name, quotient.unit, quotient.formula, sum.axes, {}};
     for (std::size_t k = 0; k < sums.series.size(); ++k) {
         const std::vector<double>& weighing = weights.series[k];
-        const auto used = weighing.begin() + static_cast<std::ptrdiff_t>(std::min(skip, weighing.size()));
+        const auto used = weighing.begin() + static_cast<std::ptrdiff_t>(std::min(timing.skip, weighing.size()));
         if (std::all_of(used, weighing.end(), [](double value) { return value == 0.0; })) {
             row.estimates.push_back(
                 {.mean = nan, .why_no_error = "its weight, " + quotient.weight + ", is zero in every sample"});
             continue;
         }
-        const Samples both{.series = {sums.series[k], weighing}, .spacing = spacing, .skip = skip};
-        row.estimates.push_back(estimate_function(both, [](auto means) { return means[0] / means[1]; }));
+        row.estimates.push_back(estimate_function(with_series(timing, {sums.series[k], weighing}),
+                                                  [](auto means) { return means[0] / means[1]; }));
     }
     return row;
 }
 
 /// Susceptibility and Binder cumulant of the size of an order, in a cell of this area [mm2].
-void add_order_rows(const RecordedSeries& order, double area, double spacing, std::size_t skip,
-                    std::vector<SummaryRow>& rows) {
-    const Samples samples = split(order, spacing, skip);
+void add_order_rows(const RecordedSeries& order, double area, const Samples& timing, std::vector<SummaryRow>& rows) {
+    const Samples samples = split(order, timing);
     rows.push_back({order.name + "_susceptibility",
                     unit_product({"mm2", order.unit, order.unit}),
                     text("area (<P^2> - <P>^2), P = {} at one time", order.name),
@@ -149,9 +150,9 @@ void add_order_rows(const RecordedSeries& order, double area, double spacing, st
 }
 
 /// Number fluctuations in boxes of one shape.
-void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double spacing, std::size_t skip,
+void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, const Samples& timing,
                   std::vector<SummaryRow>& rows) {
-    const Samples samples = split(variance, spacing, skip);
+    const Samples samples = split(variance, timing);
     const std::string start = boxes.what + "_number", &ending = boxes.ending, &what = boxes.what;
     const std::vector<Axis>& axes = variance.axes;
     SummaryRow number{start + ending, "1", "mean number of " + what + "s in a " + boxes.shape + ", N", axes, {}};
@@ -168,9 +169,8 @@ void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, double 
         "the finite cell alone reduces it",
         axes,
         {}};
-    const Estimate total = boxes.total.size() == 1
-                               ? Estimate{.mean = boxes.total.front(), .error = 0.0}
-                               : estimate_mean({.series = {boxes.total}, .spacing = spacing, .skip = skip}, 0);
+    const Estimate total = boxes.total.size() == 1 ? Estimate{.mean = boxes.total.front(), .error = 0.0}
+                                                   : estimate_mean(with_series(timing, {boxes.total}), 0);
     for (std::size_t b = 0; b < boxes.fractions.size(); ++b) {
         number.estimates.push_back(total);
         number.estimates.back().mean *= boxes.fractions[b];
@@ -214,29 +214,29 @@ Summary summarise(const Recorded& recorded) {
     if (!recorded.warm_up)
         for (const std::vector<double>& indicator : recorded.indicators)
             automatic = std::max(automatic, forgotten_after(indicator, cut));
-    const double spacing = recorded.spacing;
-    const std::size_t skip = summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
+    summary.warm_up = std::min(recorded.warm_up.value_or(automatic), summary.samples);
+    const Samples timing{.spacing = recorded.spacing, .skip = summary.warm_up, .time_unit = recorded.time_unit};
     summary.note = warm_up_note(cut, automatic, summary.samples);
-    for (const RecordedSeries& series : recorded.series) summary.rows.push_back(row_of(series, spacing, skip));
+    for (const RecordedSeries& series : recorded.series) summary.rows.push_back(row_of(series, timing));
     for (const Product& product : recorded.products) {
         const std::array squares{find_row(recorded.series, product.squares[0]),
                                  find_row(recorded.series, product.squares[1])};
         const RecordedSeries* const series = find_row(recorded.series, product.name);
         if (series == nullptr || squares[0] == nullptr || squares[1] == nullptr) continue;
         const auto row = std::ranges::find(summary.rows, product.name, &SummaryRow::name);
-        take_memory(*series, squares, spacing, skip, *row);
+        take_memory(*series, squares, timing, *row);
     }
     for (const Quotient& quotient : recorded.quotients) {
         const RecordedSeries *sum = find_row(recorded.series, quotient.sum),
                              *weight = find_row(recorded.series, quotient.weight);
-        if (sum && weight) summary.rows.push_back(quotient_row(quotient, *sum, *weight, spacing, skip));
+        if (sum && weight) summary.rows.push_back(quotient_row(quotient, *sum, *weight, timing));
     }
     for (const std::string& name : recorded.orders)
         if (const RecordedSeries* order = find_row(recorded.series, name))
-            add_order_rows(*order, recorded.area, spacing, skip, summary.rows);
+            add_order_rows(*order, recorded.area, timing, summary.rows);
     for (const BoxSizes& boxes : recorded.boxes)
         if (const auto* variance = find_row(recorded.series, boxes.what + "_number_variance" + boxes.ending))
-            add_box_rows(boxes, *variance, spacing, skip, summary.rows);
+            add_box_rows(boxes, *variance, timing, summary.rows);
     return summary;
 }
 

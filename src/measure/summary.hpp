@@ -57,6 +57,7 @@ struct Recorded {
     std::vector<std::string> orders = {};              ///< the series of sizes of an order, which have a susceptibility
     std::vector<std::vector<double>> indicators = {};  ///< series whose longest warm-up is left out of all means
     double spacing = 1.0;                              ///< time between samples [s]
+    std::string time_unit = "s";                       ///< what messages call it; "1": numbers without a unit
     std::optional<std::size_t> warm_up = {};  ///< samples left out at the start; nullopt: found from the indicators
 };
 

@@ -459,6 +459,8 @@ void Names::add(const std::string& name, const Meaning& meaning, const SourceLoc
     const auto [place, is_new] = meanings_.emplace(name, meaning);
     const bool has_place = !where.file.empty();  // a coefficient has none
     const std::string first = location_text(places_[name]);
+    require(place->second.kind != Kind::position || meaning.kind == Kind::position, where,
+            "the name {} is that of {}; expected another name", name, name == "t" ? "the time" : "the position");
     require(is_new, has_place ? where : places_[name], "the name {} is used twice{}; expected another name", name,
             meaning.kind == Kind::coefficient ? ": it is a coefficient as well"
             : first.empty()                   ? ""

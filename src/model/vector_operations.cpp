@@ -79,7 +79,9 @@ Value Lowering::dot(const FormulaText& text, const Formula& f, const Value& left
     algebra_.graph.where = text.location(f.at);
     const Value a = with_indices(algebra_, left), b = right.rank.indices > 0 ? right : with_indices(algebra_, right);
     if (a.rank.spin != 0 || a.rank.indices == 0 || b.rank.indices == 0)
-        text.fail_with(f.at, "the dot product of {} and {}; expected vectors or tensors",
+        text.fail_with(f.at,
+                       "the dot product of {} and {}; expected vectors or tensors; an operator acts on the whole "
+                       "product after it: write (grad h).(grad h) or |grad h|^2",
                        rank_text(left.rank, left.parity), rank_text(right.rank, right.parity));
     const Rank payload{b.rank.indices - 1, b.rank.spin};
     const std::size_t lead = a.components.size() / 2, width = size_of(payload);

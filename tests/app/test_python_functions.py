@@ -1,9 +1,12 @@
 """tests/app/test_python_functions.py: Python functions as terms: equal texts, exact rates, functions that fail."""
+import inspect
+import linecache
 import signal
 import subprocess
 import sys
 import threading
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -171,6 +174,30 @@ def test_an_archive_names_the_function_and_is_read_without_it_but_not_resumed(tm
     assert "does not have it" in program(tmp_path, "run", "kept.toml", status=2).stderr
 
 
+def test_a_run_resumes_with_the_function_with_which_it_began(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ours = saturate
+    scene_of(**{"time.end": 0.5}).term("order", ours, degree=4).run("short.h5").close()
+
+    def saturate_of(text):
+        (tmp_path / "functions.py").write_text(text)
+        found = {}
+        exec(compile(text, str(tmp_path / "functions.py"), "exec"), found)
+        linecache.checkcache()
+        return found["saturate"]
+
+    same = inspect.getsource(ours).replace("    slow", "    # a comment\n    slow")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drover.restart("short.h5", end=1.0, functions=[saturate_of(same)]).close()
+    with pytest.warns(UserWarning, match="saturate is not the function with which the run began"):
+        drover.restart("short.h5", end=1.5, functions=[saturate_of(same.replace("-W", "W"))]).close()
+    with pytest.raises(drover.Error, match="order_y, rod_density; expected those of the run, .* rod_density, W"):
+        drover.restart("short.h5", end=2.0, functions=[saturate_of(same.replace(", W=0.7", "").replace("-W *", "-"))])
+    with pytest.raises(drover.Error, match="tilt is not a function of this run; expected .*: saturate"):
+        drover.restart("short.h5", end=2.0, functions=[saturate, tilt])
+
+
 def test_the_bytes_do_not_depend_on_the_number_of_threads(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = scene_of(**{"grid.nx": 64, "grid.ny": 64, "time.end": 0.5}).term("order", saturate, degree=4)
@@ -187,6 +214,16 @@ def test_other_processes_refuse_a_function_with_a_remedy():
 
 
 # --- functions that fail
+
+def test_functions_that_are_no_terms_are_refused():
+    own = drover.Model([drover.Field("u", "-u")]).scene(points=8, side=8.0, dt=0.1, end=1.0)
+    for call, said in [(lambda: own.term("u", lambda u: -u), "write the term in the equation of its field"),
+                       (lambda: scene_of().term("order", lambda: (0.0, 0.0)), "no arguments; expected at least one"),
+                       (lambda: scene_of().term("order", lambda order_x, *, W=1.0: (order_x, order_x)),
+                        "has the keyword-only argument W=1.0; .* without \\*")]:
+        with pytest.raises(drover.Error, match=said):
+            call()
+
 
 def test_an_exception_of_a_function_ends_the_run_and_leaves_whole_rows(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -223,7 +260,7 @@ def test_an_exception_of_a_function_ends_the_run_and_leaves_whole_rows(tmp_path,
     (lambda order_x: (np.random.normal(size=order_x.shape), 0.0), "random numbers"),
     (lambda order_z: (order_z, 0.0), "did you mean order_"),
     (lambda t: (t, 0.0), "no field among its arguments"),
-    (lambda order_x, *rest: (order_x, 0.0), "the argument *rest"),
+    (lambda order_x, *rest: (order_x, 0.0), "argument *rest"),
     (lambda bead_density: (bead_density, 0.0), "the argument bead_density"),
 ])
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")

@@ -139,6 +139,9 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
                          (lambda: run.set(s=np.zeros((3, 8))), "of shape \\(3, 8\\)"),
                          (lambda: model.growth_rates([]), "no wavenumbers"),
                          (lambda: run.set(s=lambda x, y: 1j * x), "complex"),
+                         (lambda: model.growth_rates([1.0], state="s"), "expected values by field"),
+                         (lambda: Model([Field("h", "lap h + grad h.grad h")]), "write \\(grad h\\).\\(grad h\\)"),
+                         (lambda: Model([Field("h", "-y h")], y=1.0), "the name y is that of the position"),
                          (lambda: run.advance(np.nan), "finite"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
         with pytest.raises(drover.Error, match=said):
             action()
@@ -198,6 +201,19 @@ def test_formulas_that_differ_are_shown_differently(one, other):
                       Field("Q", "-Q", spin=2)]).latex
     assert shown(one) != shown(other)
     assert "}^{" not in shown("(s^2)^3").replace("\\right)^{", "")  # no double superscript
+
+
+def test_waves_that_a_run_cuts_off_are_warned_of():
+    """Of a cubic equation those from N/4 on: of cos(x)/2 + 3 cos(9 x)/10 on 32 points .09/.34 of the variance."""
+    run = Model([Field("s", "-s^3")]).start((32, 1), 2 * np.pi, dt=0.1)
+    with pytest.warns(UserWarning, match="s: the run cuts off 0.26 of its variance"):
+        run.set(s=lambda x, y: 0.5 * np.cos(x) + 0.3 * np.cos(9 * x))
+    assert run.fields.s.values[0] == pytest.approx(0.5 * np.cos(run.fields.x.values), abs=1e-15)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run.set(s=lambda x, y: 1e6 + 0.3 * np.cos(7 * x)).set(s=1.0)
+    named = Model([Field("self", "-self")]).start(8, 1.0, dt=0.1)
+    assert (named.set(self=2.0).fields["self"] == 2.0).all()
 
 
 def test_a_quotient_by_a_derivative_is_a_term():

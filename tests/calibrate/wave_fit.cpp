@@ -342,7 +342,7 @@ TEST(WaveFit, refuses_what_waves_do_not_determine) {
     physics::Model quiet = model;
     quiet.noise = {};
     EXPECT_EQ(why_no_error({"relaxation.rate"}, quiet),
-              "the scene has no noise that reaches every field of the wave at q = (0, 0) /mm; expected noise of each "
+              "the scene has no noise that reaches every field of the wave at q = (0, 0); expected noise of each "
               "field, or of one that drives it: such as noise.order, and driving.strength for the beads");
     EXPECT_EQ(refusal_of([&] {
                   (void)fit_waves(rod_bead_waves(model, rest_of(model), fitted({"relaxation.rate"})),

@@ -77,9 +77,13 @@ const Row* find_row(const std::vector<Row>& rows, const std::string& name) {
 /// Samples of one run at equal times.  All series of one analysis have the same length.
 struct Samples {
     std::vector<std::vector<double>> series = {};
-    double spacing = 1.0;  ///< time between samples [s]
-    std::size_t skip = 0;  ///< samples of warm-up left out of every analysis
+    double spacing = 1.0;         ///< time between samples [s]
+    std::size_t skip = 0;         ///< samples of warm-up left out of every analysis
+    std::string time_unit = "s";  ///< what messages call the unit of the spacing; "1": numbers without a unit
 };
+
+/// A time for messages, "20 s", rounded to three digits, upwards on request.
+std::string time_text(double time, const std::string& unit, bool up = false);
 
 /// Errors of correlations along trajectories come from groups of values that are taken as independent: bodies when
 /// there are min_groups or more of them, else segments of time of each body, at least min_groups in all.  In a flock

@@ -18,7 +18,7 @@ class Field:
     odd               changes sign under reflections: a pseudoscalar
     mass              m of m d_t F = equation: "m rho"
     balance           0 = equation: the field follows the others at every instant
-    conserved         the mean does not change; an equation that is no divergence is an error
+    conserved         the mean does not change; an equation that is no divergence is an error (of scalars)
     reference         of a scalar: the uniform value about which the linear part is exact, and at which a run starts;
                       a number, or a formula of the coefficients: "rho0"
     noise             D: each component of d_t F has white noise, <f f> = D delta(r - r') delta(t - t'); as reference
@@ -259,7 +259,7 @@ class Model:
         from drover._drover import Equations
 
         fields = (fields,) if isinstance(fields, Field) else fields
-        self.fields, self.noises, self.tables = tuple(fields), tuple(noises), tuple(tables)
+        self.fields, self.noises, self.tables = tuple(fields), tuple(noises or ()), tuple(tables or ())
         twice = sorted({*(coefficients or {})} & {*more})
         if twice:
             raise Error(f"the coefficient {twice[0]} is given twice; expected it once")
@@ -317,7 +317,7 @@ class Model:
         """(inverse, forward) Fourier transforms of one evaluation of the explicit part."""
         return self._equations.transforms()
 
-    def state(self, **values):
+    def state(self, /, **values):
         """A uniform state by components: the reference, with other values by symbol: state(phi=0.3, p=(1.0, 0.0))."""
         state, at = np.array(self._equations.reference()), 0
         for field in self.fields:
@@ -428,4 +428,10 @@ class Model:
         self._require_no_grid()
         if isinstance(state, dict):
             return self.state(**state)
-        return self._equations.reference() if state is None else list(state)
+        if state is None:
+            return self._equations.reference()
+        try:
+            return [float(value) for value in state]
+        except (TypeError, ValueError):
+            raise Error(f"state = {state!r}; expected values by field, such as {{\"{self.fields[0].symbol}\": 0.5}}, "
+                        "or a number of each component: " + ", ".join(self.components)) from None

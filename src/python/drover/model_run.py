@@ -1,7 +1,11 @@
 """drover/model_run.py: a run of declared fields in memory."""
+import warnings
+
 import numpy as np
 
 from drover.error import Error
+
+MAX_VARIANCE_CUT = 1e-3  # of a start, as in scenes
 
 
 def pair_of(name, given):
@@ -68,8 +72,10 @@ class ModelRun:
         return xarray.Dataset({name: (("y", "x"), array) for name, array in arrays.items()}, axes,
                               {"time": self.time})
 
-    def set(self, **arrays):
+    def set(self, /, **arrays):
         """Replaces components, or fields, by arrays (y, x), functions of x and y, or numbers; returns the run.
+
+        Waves beyond those that the run keeps are cut off, with a warning from a thousandth of the variance on.
 
         A complex field has complex values, any other field of two components a pair of values.
 
@@ -81,6 +87,7 @@ class ModelRun:
         values = np.array([now[name].values for name in self._names])
         x, y = np.meshgrid(now.x, now.y)
         fields = {name: field for field in self.model.fields for name in (field.symbol, field.name)}
+        set_parts = []
         for name, given in arrays.items():
             parts = fields[name].components if name in fields and name not in self._names else (name,)
             if not set(parts) <= set(self._names):
@@ -101,8 +108,28 @@ class ModelRun:
                 except ValueError:
                     raise Error(f"{part} has values of shape {np.shape(value)}; expected a number, or an array (y, x) "
                                 f"of shape {x.shape}") from None
+                set_parts.append(part)
         self._evolution.set_fields(values)
+        for part in set_parts:
+            self._warn_of_cut(part, values[self._names.index(part)])
         return self
+
+    def _power(self, values):
+        """(|a_q|^2, whether the run keeps q, wavenumbers along y and x) of an array (y, x)."""
+        power = np.abs(np.fft.fft2(values) / values.size) ** 2
+        number = [np.abs(np.fft.fftfreq(size, 1 / size)) for size in values.shape]
+        degree = self.model._equations.degree()
+        is_kept = np.logical_and.outer(*(k * (degree + 1) < max(k.size, 2) for k in number))
+        wave = [2 * np.pi * np.fft.fftfreq(size, side / size) for size, side in zip(values.shape, self.side[::-1])]
+        return power, is_kept, wave
+
+    def _warn_of_cut(self, name, values):
+        power, is_kept, _ = self._power(values)
+        variance, cut = power.sum() - power[0, 0], power[~is_kept].sum()
+        if cut > MAX_VARIANCE_CUT * variance and variance > 1e-24 * power[0, 0]:
+            warnings.warn(f"{name}: the run cuts off {cut / variance:.2g} of its variance, waves of "
+                          f"|k| >= N/{self.model._equations.degree() + 1} on an axis; expected less than "
+                          f"{MAX_VARIANCE_CUT}: choose more points, or make it smoother", stacklevel=3)
 
     def structure_factor(self, name):
         """|a_q|^2 times the area, averaged over shells of the width of the smallest |q|, by wavenumber.
@@ -113,14 +140,10 @@ class ModelRun:
 
         if name not in self._names:
             raise Error(f"{name} is not a component of this run; expected one of {', '.join(self._names)}")
-        values = self.fields[name].values
-        power = np.abs(np.fft.fft2(values) / values.size) ** 2 * self.side[0] * self.side[1]
-        wave = [2 * np.pi * np.fft.fftfreq(size, side / size) for size, side in zip(values.shape, self.side[::-1])]
+        power, is_kept, wave = self._power(self.fields[name].values)
+        power *= self.side[0] * self.side[1]
         q = np.hypot(*np.meshgrid(*wave, indexing="ij"))
         width = 2 * np.pi / max(self.side)
-        degree = self.model._equations.degree()
-        number = [np.abs(np.fft.fftfreq(size, 1 / size)) for size in values.shape]
-        is_kept = np.logical_and.outer(*(k * (degree + 1) < max(k.size, 2) for k in number))
         shell = np.rint(q[is_kept] / width).astype(int)
         count, total, mean_q = (np.bincount(shell, weights) for weights in (None, power[is_kept], q[is_kept]))
         kept = np.flatnonzero(count)[1:]

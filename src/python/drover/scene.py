@@ -85,6 +85,10 @@ class Scene:
         cubic, and aliases may remain. For a density the function is the flux, `flux=`. An archive keeps name and source
         only: restart() needs the function again, and drover sweep refuses it.
         """
+        if self.kind != "fields":
+            raise Error(f"a term of {of} in a scene of {'a model of its own' if self.kind == 'model' else self.kind}; "
+                        "expected a scene of the shipped fields" +
+                        (": write the term in the equation of its field" if self.kind == "model" else ""))
         function = function_of(of, value, flux)
         if function is not None:
             table = {**function_table(of, function, parameters), "degree": 0 if degree is None else degree}

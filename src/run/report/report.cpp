@@ -31,6 +31,7 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
 
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded) {
     recorded.spacing = sampling.spacing;
+    recorded.time_unit = io::renamed("s", scene.units);
     recorded.warm_up = sampling.warm_up;
     Report report;
     report.scene = scene;
