@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "base/draws.hpp"
-#include "numerics/algebra/bracket.hpp"
 
 namespace drover::theory {
 
@@ -201,33 +201,74 @@ private:
     std::vector<Signs> signs_;
 };
 
-/// The deviation along one axis from a point of a line on: at the point itself, and at the points of the mesh.
+using DeviationAt = std::function<double(double place)>;
+
+bool is_inside(double deviation) { return std::abs(deviation) <= 1.0; }
+
+/// Where the deviation passes -1 or 1 between a place in the band and one beyond it: by its linear interpolation and by
+/// halves in turn, since it may jump.  NaN where the state ends in between.
+double edge_between(double inside, double at_inside, double outside, double at_outside, const DeviationAt& deviation) {
+    constexpr double tolerance = 0.1;  // the quantile of 400 draws is known to 0.08
+    constexpr int max_steps = 10;
+    for (int step = 0; step < max_steps; ++step) {
+        const double linear = (std::copysign(1.0, at_outside) - at_inside) / (at_outside - at_inside),
+                     place = inside + (step % 2 == 0 ? linear : 0.5) * (outside - inside), here = deviation(place);
+        if (std::isnan(here) || std::abs(std::abs(here) - 1.0) < tolerance) return std::isnan(here) ? nan : place;
+        (is_inside(here) ? inside : outside) = place;
+        (is_inside(here) ? at_inside : at_outside) = here;
+    }
+    return 0.5 * (inside + outside);
+}
+
+/// The deviation along one axis through a point of a line.  Places are parts of the side of the plane; between points
+/// of the mesh, which tell where to look, it is that of the draws.
 class Profile {
 public:
-    Profile(const DrawField& field, double fixed, bool along_x) : field_(field), along_x_(along_x) {
+    Profile(const DrawField& field, double fixed, bool along_x, DeviationAt deviation)
+        : field_(field), along_x_(along_x), deviation_(std::move(deviation)) {
         const double place = std::clamp(fixed, 0.0, 1.0) * (field.side - 1);
         line_ = std::min(static_cast<int>(place), field.side - 2);
         part_ = place - line_;
     }
-    /// Where the band ends on one side; NaN if it does not.  Places are parts of the side of the plane.
-    double end_of_band(double from, double deviation, int step) const {
-        const double cells = field_.side - 1;
-        const int first = static_cast<int>(step > 0 ? std::floor(from * cells) : std::ceil(from * cells)) + step;
-        return numerics::band_end(
-            from, deviation, first, step, field_.side, [&](int i) { return i / cells; },
-            [this](int i) { return at(i); });
+
+    /// The ends of the band through a point with this deviation; NaN where it does not end.  A point on the edge of a
+    /// jump is in the band of its other side, or is the whole band.
+    std::pair<double, double> ends_of_band(double from, double deviation) const {
+        if (is_inside(deviation)) return {end_of_band(from, deviation, -1), end_of_band(from, deviation, 1)};
+        constexpr double beside = 1e-6;
+        for (const int side : {-1, 1}) {
+            const double place = from + side * beside, there = place < 0.0 || place > 1.0 ? nan : deviation_(place);
+            if (!is_inside(there) && !(there * deviation < 0.0)) continue;
+            const double end = is_inside(there) ? end_of_band(place, there, side) : from;
+            return side < 0 ? std::pair(end, from) : std::pair(from, end);
+        }
+        return {nan, nan};
     }
 
 private:
-    double at(int i) const {
-        const auto value = [&](int line) {
-            const int x = along_x_ ? i : line, y = along_x_ ? line : i;
-            return field_.deviation[static_cast<std::size_t>(y * field_.side + x)];
-        };
-        return part_ == 0.0 ? value(line_) : (1.0 - part_) * value(line_) + part_ * value(line_ + 1);
+    double end_of_band(double from, double deviation, int step) const {
+        const double cells = field_.side - 1;
+        double before = from, at_before = deviation;
+        for (int i = static_cast<int>(step > 0 ? std::floor(from * cells) : std::ceil(from * cells)) + step;
+             i >= 0 && i < field_.side; i += step) {
+            const double place = i / cells;
+            const double at_line = on_mesh(i, line_), at_next = part_ > 0.0 ? on_mesh(i, line_ + 1) : at_line;
+            double here = (1.0 - part_) * at_line + part_ * at_next;
+            // Between lines of the mesh the deviation may bend or jump: no less exact than at its points.
+            if (part_ > 0.0 && !(is_inside(here) && std::abs(at_next - at_line) < 1.0)) here = deviation_(place);
+            if (std::isnan(here)) return nan;
+            if (!is_inside(here)) return edge_between(before, at_before, place, here, deviation_);
+            before = place, at_before = here;
+        }
+        return nan;
+    }
+    double on_mesh(int i, int line) const {
+        const int x = along_x_ ? i : line, y = along_x_ ? line : i;
+        return field_.deviation[static_cast<std::size_t>(y * field_.side + x)];
     }
     const DrawField& field_;
     bool along_x_;
+    DeviationAt deviation_;
     int line_ = 0;
     double part_ = 0.0;
 };
@@ -242,20 +283,31 @@ std::vector<BandEnds> band_ends(const numerics::Rectangle& plane, const DrawFiel
                                 const std::vector<MarginOf>& draws, const std::vector<numerics::PlanePoint>& points,
                                 const ComputeAll& compute) {
     const double width = plane.x1 - plane.x0, height = plane.y1 - plane.y0;
+    constexpr std::size_t ends_per_point = 4;
     const std::vector<double> found =
-        compute(points.size(), draws.size(),
-                [&](std::size_t n, std::span<double> margins) { margins_at(points[n], draws, margins); });
-    std::vector<BandEnds> ends;
+        compute(points.size(), ends_per_point, [&](std::size_t n, std::span<double> ends) {
+            std::vector<double> margins(draws.size());
+            const auto deviation_at = [&](double x, double y) {
+                margins_at({plane.x0 + width * x, plane.y0 + height * y}, draws, margins);
+                return of_margins(margins).deviation;
+            };
+            margins_at(points[n], draws, margins);
+            const double x = (points[n].x - plane.x0) / width, y = (points[n].y - plane.y0) / height,
+                         here = of_margins(margins).deviation;
+            const Profile along_x(field, y, true, [&](double place) { return deviation_at(place, y); }),
+                along_y(field, x, false, [&](double place) { return deviation_at(x, place); });
+            std::tie(ends[0], ends[1]) = along_x.ends_of_band(x, here);
+            std::tie(ends[2], ends[3]) = along_y.ends_of_band(y, here);
+        });
+    std::vector<BandEnds> bands;
     for (std::size_t n = 0; n < points.size(); ++n) {
-        const double x = (points[n].x - plane.x0) / width, y = (points[n].y - plane.y0) / height,
-                     deviation = of_margins(std::span(found).subspan(n * draws.size(), draws.size())).deviation;
-        const Profile along_x(field, y, true), along_y(field, x, false);
-        ends.push_back({.x_low = plane.x0 + width * along_x.end_of_band(x, deviation, -1),
-                        .x_high = plane.x0 + width * along_x.end_of_band(x, deviation, 1),
-                        .y_low = plane.y0 + height * along_y.end_of_band(y, deviation, -1),
-                        .y_high = plane.y0 + height * along_y.end_of_band(y, deviation, 1)});
+        const double* const ends = &found[ends_per_point * n];
+        bands.push_back({.x_low = plane.x0 + width * ends[0],
+                         .x_high = plane.x0 + width * ends[1],
+                         .y_low = plane.y0 + height * ends[2],
+                         .y_high = plane.y0 + height * ends[3]});
     }
-    return ends;
+    return bands;
 }
 
 }  // namespace drover::theory
