@@ -1,17 +1,17 @@
-// run/step_choice.cpp: pilots with ever shorter steps.
+// run/step_choice.cpp: pilots, runs of fields in memory, with ever shorter steps.
 #include "run/step_choice.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
+#include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/scene_equations.hpp"
-#include "run/pilot.hpp"
+#include "run/loop/signals.hpp"
 #include "run/simulation_type.hpp"
-#include "run/warnings/growing_waves.hpp"
-#include "run/warnings/text_resolution.hpp"
 #include "run/warnings/warnings.hpp"
 
 namespace drover::run {
@@ -73,13 +73,62 @@ bool represents(const io::Scene& pilot, const io::Scene& scene) {
     return simulation_type_of(pilot).warnings(pilot).size() <= simulation_type_of(scene).warnings(scene).size();
 }
 
-std::string tail_name(const model::Field& field) { return "spectral_tail_" + field.name; }
+/// What a run in memory shows, to its end or to where it stops.
+struct Pilot {
+    std::vector<std::pair<std::string, std::vector<double>>> series;  ///< of the scalar observables
+    double step_error = 0.0;                                          ///< the largest so far
+    double stopped = INFINITY;           ///< time at which the error exceeded the limit, or the run failed [s]
+    std::optional<std::string> failure;  ///< why the run failed, if it did
+    numerics::StepCount count;
+};
 
 /// The series of an observable of a pilot; nullptr: it has none.
 const std::vector<double>* pilot_series(const Pilot& run, const std::string& name) {
-    const auto found = std::ranges::find(run.names, name);
-    return found == run.names.end() ? nullptr : &run.series[static_cast<std::size_t>(found - run.names.begin())];
+    const auto found = std::ranges::find_if(run.series, [&](const auto& one) { return one.first == name; });
+    return found == run.series.end() ? nullptr : &found->second;
 }
+
+/// Runs a scene to its end, or to where its step_error exceeds max_step_error.  Throws a run Error on a stop signal.
+Pilot run_pilot(io::Scene scene, Threads& threads, double max_step_error) {
+    scene.accuracy.effort = infinite;
+    scene.accuracy.biases = false;
+    const std::unique_ptr<Simulation> simulation = [&] {
+        const LogPause quiet;  // the run itself says what its start has to say
+        return simulation_type_of(scene).make(scene, threads, {});
+    }();
+    const ScheduledRecording& samples = simulation->recordings.back();
+    const std::vector<files::Quantity>& quantities = samples.recording.quantities;
+    Pilot pilot;
+    for (const files::Quantity& quantity : quantities)
+        if (quantity.axes.empty()) pilot.series.push_back({quantity.name, {}});
+    constexpr double beginning = 1.0 / 32.0;  // of the run
+    std::int64_t step = 0;
+    try {
+        while (step < simulation->steps && !(pilot.step_error > max_step_error)) {
+            if (stop_signal() != 0)
+                fail_environment("stopped by {} while time.dt was being chosen; no run was started",
+                                 stop_reason(stop_signal()));
+            simulation->advance(step++);
+            if (is_checked(*simulation, step)) simulation->check_health(step);
+            if (step % samples.every != 0) continue;
+            const std::vector<std::span<const double>> row = samples.observe();
+            for (std::size_t q = 0, scalar = 0; q < row.size(); ++q)
+                if (quantities[q].axes.empty()) pilot.series[scalar++].second.push_back(row[q][0]);
+            // A field that is 0 at the start has a large error for a while, which no step avoids.
+            const bool counts = beginning * static_cast<double>(simulation->steps) <= static_cast<double>(step);
+            if (const std::vector<double>* errors = pilot_series(pilot, "step_error"); counts && errors != nullptr)
+                pilot.step_error = std::max(pilot.step_error, errors->back());
+        }
+    } catch (const Error& error) {
+        if (error.fault() != Fault::run || stop_signal() != 0) throw;
+        pilot.failure = error.what();
+    }
+    if (pilot.failure || pilot.step_error > max_step_error) pilot.stopped = static_cast<double>(step) * simulation->dt;
+    pilot.count = simulation->count();
+    return pilot;
+}
+
+std::string tail_name(const model::Field& field) { return "spectral_tail_" + field.name; }
 
 /// Whether the grid of the pilot resolves its fields, once those of the start have evolved.
 bool is_resolved(const Pilot& run, const model::Model& model) {
@@ -115,14 +164,14 @@ struct RelativeBias {
 
 /// Whether the mean of an observable is compared: not those of components, since the direction of a flock wanders.
 bool is_compared(const std::string& name, const model::Model& model) {
-    bool is_component = false, is_scalar = false, is_tail = false;
+    bool is_component = false, is_scalar = false, is_left_out = name == "step_error";
     for (const model::Field& field : model.fields) {
         is_scalar = is_scalar || (field.spin == 0 && name.ends_with("_" + field.name));
-        is_tail = is_tail || name == tail_name(field);
+        is_left_out = is_left_out || name == tail_name(field);
         for (const std::string& part : model::dataset_names(field))
             is_component |= field.spin > 0 && name.ends_with(part.substr(field.name.size()));
     }
-    return !is_tail && (is_scalar || !is_component);
+    return !is_left_out && (is_scalar || !is_component);
 }
 
 /// Below which the mean of an observable is rounding; 0: not known.
@@ -139,9 +188,10 @@ double rounding_of(const std::string& name, const Pilot& run, const model::Model
 /// changes.
 RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model::Model& model, double of_difference) {
     RelativeBias largest;
-    for (std::size_t k = 0; k < shorter.names.size(); ++k) {
-        const std::vector<double>&a = longer.series[k], &b = shorter.series[k];
-        if (!is_compared(shorter.names[k], model) || a.size() != b.size() || b.size() < 8) continue;
+    for (std::size_t k = 0; k < shorter.series.size(); ++k) {
+        const std::vector<double>& a = longer.series[k].second;
+        const auto& [name, b] = shorter.series[k];
+        if (!is_compared(name, model) || a.size() != b.size() || b.size() < 8) continue;
         const std::size_t skip = b.size() / 4;
         double mean = 0.0, square = 0.0;
         for (std::size_t i = skip; i < b.size(); ++i) {
@@ -152,9 +202,9 @@ RelativeBias largest_bias(const Pilot& longer, const Pilot& shorter, const model
         mean /= count;
         const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
         const double scale = std::max(std::abs(mean), spread);
-        if (scale <= rounding_of(shorter.names[k], shorter, model)) continue;
+        if (scale <= rounding_of(name, shorter, model)) continue;
         const measure::RoughMean difference = measure::paired_difference(a, b, skip);
-        const RelativeBias bias{shorter.names[k], of_difference * difference.value / scale, difference.error / scale};
+        const RelativeBias bias{name, of_difference * difference.value / scale, difference.error / scale};
         if (!(bias.bound() <= largest.bound())) largest = bias;
     }
     return largest;

@@ -93,7 +93,7 @@ COMPARED_WORDS = [
     ("results are known by their names in records of sweeps, and the observables of pilots",
      r'"(?:(?:size_)?mean_|variance_|_[xy]?|step_error|wavenumber)"',
      ("src/jobs/sweep/sweep_table.cpp", "src/report/sweep_table.cpp", "src/report/report.cpp",
-      "src/run/step_choice.cpp", "src/run/pilot.cpp")),
+      "src/run/step_choice.cpp")),
     ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
     ("users write durations and targets as text", r"",
      ("src/base/duration.cpp", "src/jobs/campaign/accuracy_target.cpp", "src/jobs/calibration/target_plan.cpp")),

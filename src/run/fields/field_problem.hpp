@@ -70,6 +70,13 @@ std::string likely_cause(const io::Scene& scene, const model::Equations& equatio
 std::string term_not_finite(const io::Scene& scene, const model::Integrated& what, double t,
                             const numerics::Spectra& state);
 
+/// Coordinates of the points of a field along an axis [mm].
+std::vector<double> cell_corners(int count, double side);
+/// The frame initial.frame of the archive initial.file.  On other points in the same cell it is taken by the modes that
+/// both grids have, and this is logged.  degree: that decides which modes the run keeps.  Throws an input Error at
+/// these keys unless it has these fields in these units, in the cell of the scene, with finite values.
+numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<files::Quantity>& fields, int degree);
+
 /// Finite, and small enough that a sum over so many modes is finite too.  False for NaN.
 bool is_finite(numerics::Complex value, std::size_t modes);
 /// The fields in balance with a state, on the grid.

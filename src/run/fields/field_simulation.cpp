@@ -14,7 +14,6 @@
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/field_health.hpp"
 #include "run/fields/field_problem.hpp"
-#include "run/fields/start_file.hpp"
 #include "run/fields/step_bias.hpp"
 
 namespace drover::run {
@@ -105,21 +104,13 @@ FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, b
     recordings.push_back(samples());
 }
 
-namespace {
-numerics::Fields first_fields(const io::Scene& scene, const FieldProblem& problem, int degree) {
-    std::vector<FrameField> wanted;
-    for (const files::Quantity& one : problem.components) wanted.push_back({one.name, one.unit});
-    return frame_of_file(scene, wanted, degree);
-}
-}  // namespace
-
 numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
     if (scene_.initial.kind != model::StartKind::file)
         return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
                                     static_cast<std::uint64_t>(scene_.run.seed), threads);
     numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
     if (resumed) return spectra;  // the file of the start may be gone
-    transform_.forward(first_fields(scene_, problem_, evolution_.linear().degree), spectra);
+    transform_.forward(frame_of_file(scene_, problem_.components, evolution_.linear().degree), spectra);
     model::remove_divergence(problem_.integrated.equations, scene_.grid, spectra);
     return spectra;
 }
@@ -158,8 +149,8 @@ numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
 void check_field_start(const io::Scene& scene) {
     if (scene.initial.kind != model::StartKind::file) return;
     const FieldProblem problem = field_problem(scene);
-    const model::Integrated& integrated = problem.integrated;
-    first_fields(scene, problem, integrated.equations.linear_system(scene.grid, integrated.kept_degree).degree);
+    const model::Integrated& what = problem.integrated;
+    frame_of_file(scene, problem.components, what.equations.linear_system(scene.grid, what.kept_degree).degree);
 }
 
 int choose_threads(const io::Scene& scene) {

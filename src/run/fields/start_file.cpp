@@ -1,6 +1,4 @@
 // run/fields/start_file.cpp: reads and checks a frame.
-#include "run/fields/start_file.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +7,7 @@
 #include "drover/numerics/transform.hpp"
 #include "files/archive_reader.hpp"
 #include "numerics/steppers/coarse_error.hpp"
+#include "run/fields/field_problem.hpp"
 #include "run/loop/scene_support.hpp"
 
 namespace drover::run {
@@ -49,7 +48,7 @@ numerics::Fields resampled(const numerics::Fields& fields, const numerics::Grid&
 }
 
 /// Says that the fields of a frame are on other points, and what is lost.
-void tell_resampled(const io::Scene& scene, const std::vector<FrameField>& names, const numerics::Grid& from,
+void tell_resampled(const io::Scene& scene, const std::vector<files::Quantity>& names, const numerics::Grid& from,
                     const numerics::Fields& before, const numerics::Fields& after) {
     log_information("{}: {} by {} points; the fields are taken on {} by {} by their Fourier modes", scene.initial.file,
                     from.nx, from.ny, scene.grid.nx, scene.grid.ny);
@@ -88,9 +87,9 @@ numerics::Grid grid_of(const files::ArchiveReader& archive, const std::string& d
 
 /// A frame of an archive as the state; its fields and cell must be those of the scene.
 numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& scene,
-                          const std::vector<FrameField>& names, int degree) {
+                          const std::vector<files::Quantity>& names, int degree) {
     const SourceLocation here = io::locate(scene, "initial.file");
-    for (const FrameField& field : names)
+    for (const files::Quantity& field : names)
         require(archive.has("/" + field.name), here,
                 "initial.file = \"{}\" has no field {}; expected an archive of this model", scene.initial.file,
                 field.name);
@@ -113,7 +112,7 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
                 scene.initial.file, names[c].name, number);
         std::ranges::copy(row.values, frame[static_cast<int>(c)].begin());
     }
-    for (const FrameField& field : names) {
+    for (const files::Quantity& field : names) {
         const std::string unit = archive.text_attribute("/" + field.name, "units"),
                           expected = io::renamed(field.unit, scene.units);
         require(unit == expected, here, "initial.file = \"{}\" has {} in {}; expected {}", scene.initial.file,
@@ -126,7 +125,7 @@ numerics::Fields frame_of(const files::ArchiveReader& archive, const io::Scene& 
 }
 }  // namespace
 
-numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<FrameField>& fields, int degree) {
+numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<files::Quantity>& fields, int degree) {
     const files::ArchiveReader archive = named_archive(scene, "initial.file", scene.initial.file);
     numerics::Fields frame = frame_of(archive, scene, fields, degree);
     const files::Attribute same{"seed", std::int64_t{scene.run.seed}};

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/constants.hpp"
 #include "io/scene.hpp"
 #include "numerics/steppers/effort.hpp"
 #include "run/fields/field_problem.hpp"
@@ -18,8 +17,6 @@ namespace drover::run {
 double effort_of_estimates(const io::Scene& scene);
 /// The part of it for the error of the fields, which pilots need whatever it costs.  The rest is for the biases.
 double effort_of_step_error(const io::Scene& scene);
-/// Of a pilot.
-inline constexpr double effort_of_pilots = infinite;
 
 /// What a step bias takes from its run, which outlives it.
 struct BiasedRun {

@@ -9,7 +9,6 @@
 #include "physics/integrated.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/fields/scene_equations.hpp"
-#include "run/warnings/growing_waves.hpp"
 #include "run/warnings/warnings.hpp"
 
 namespace drover::run {

@@ -6,7 +6,6 @@
 
 #include "drover/base/expression.hpp"
 #include "run/fields/scene_equations.hpp"
-#include "run/warnings/growing_waves.hpp"
 #include "run/warnings/warnings.hpp"
 
 namespace drover::run {

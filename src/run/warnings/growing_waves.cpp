@@ -1,6 +1,4 @@
 // run/warnings/growing_waves.cpp: a search over wavenumbers and directions.
-#include "run/warnings/growing_waves.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -13,6 +11,7 @@
 #include "drover/model/linearised_at.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run {
 

@@ -13,8 +13,6 @@
 #include "physics/written_model.hpp"
 #include "run/fields/field_health.hpp"
 #include "run/fields/scene_equations.hpp"
-#include "run/warnings/growing_waves.hpp"
-#include "run/warnings/text_resolution.hpp"
 #include "run/warnings/warnings.hpp"
 
 namespace drover::run {

@@ -1,6 +1,4 @@
 // run/warnings/text_resolution.cpp: the right-hand side at a smooth state, on twice the grid and between the steps.
-#include "run/warnings/text_resolution.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +13,7 @@
 #include "numerics/fields/shells.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/field_problem.hpp"
-#include "run/warnings/growing_waves.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run {
 

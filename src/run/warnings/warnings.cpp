@@ -16,7 +16,6 @@
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/fields/step_bias.hpp"
-#include "run/warnings/growing_waves.hpp"
 
 namespace drover::run {
 

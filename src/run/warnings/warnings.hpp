@@ -34,6 +34,27 @@ bool calls_program(const io::Scene& scene);
 /// Whether a run starts in a uniform stationary state, and has no noise.
 bool stays_at_start(const io::Scene& scene, const model::Equations& equations);
 
+// ---- Resolution
+
+/// Whether the steps of a scene see its terms of t: they are compared with a finer sampling, also about each time that
+/// the formulas name.  True where that is not known.  model: of the equations of the scene.
+bool resolves_time(const io::Scene& scene, const model::Model& model);
+/// Of the terms written as text.  Those of x and y are compared with their values on twice the grid, those of t with a
+/// finer sampling of the time between steps, both at a smooth state; of a long run in windows of time.
+std::vector<std::string> text_resolution_warnings(const io::Scene& scene, const model::Model& model);
+
+// Whether a grid keeps the waves that grow about the references of equations, of a system of these.  Where a term
+// depends on position or time, or has no derivative at the references, its linear part stands for theirs.
+
+/// The largest wavenumber up to `max_q` whose waves grow, in any direction; 0: none.  max_q: that of the grid.
+double largest_growing(const model::Equations& equations, const numerics::System& system, double max_q);
+/// The warning of a grid that cuts waves which grow, with a grid that keeps them; "" where it keeps them all.
+std::string growing_waves_warning(const model::Equations& equations, const numerics::System& system);
+/// "grid.nx = 64 and grid.ny = 32", or "grid.nx = 64" of a grid of one row; with `factor` times the points.
+std::string grid_keys(const numerics::Grid& grid, int factor = 1);
+
+// ---- Of what an archive shows
+
 /// Negative densities, and values beyond a table.
 void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                           std::vector<std::string>& warnings);
