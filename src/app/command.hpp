@@ -122,6 +122,10 @@ void check_output(const ResultOutput& output, const std::string& input, const io
 /// files::Archive::create.
 int print_result(const run::Result& result, const ResultOutput& output, const io::Scene& scene, int threads);
 
+/// Becomes `python3 -m drover.PART ARGUMENTS`, which carries out `command`, with the package beside the program; does
+/// not return then.  Throws an input Error where there is no Python.  What the part imports and is missing is named.
+int run_python_package(const std::string& command, const std::string& part, const std::vector<std::string>& arguments);
+
 /// Prints the outcome and the results of a run; returns its exit status.
 int print_outcome(const run::RunOutcome& outcome, bool json);
 

@@ -1,9 +1,8 @@
 // app/explain.cpp: drover explain SCENE.
-#include "report/explain.hpp"
-
 #include <memory>
 
 #include "app/command.hpp"
+#include "report/shown.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::app {

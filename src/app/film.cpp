@@ -2,7 +2,6 @@
 #include <memory>
 
 #include "app/command.hpp"
-#include "app/python_package.hpp"
 
 namespace drover::app {
 

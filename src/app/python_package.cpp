@@ -1,6 +1,4 @@
 // app/python_package.cpp: commands that the Python package carries out.
-#include "app/python_package.hpp"
-
 #include <unistd.h>
 
 #include <cerrno>

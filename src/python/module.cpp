@@ -28,7 +28,6 @@
 #include "jobs/tradeoff/tradeoff.hpp"
 #include "physics/model_keys.hpp"
 #include "python/bindings.hpp"
-#include "report/explain.hpp"
 #include "report/shown.hpp"
 #include "report/write_result.hpp"
 #include "run/fields/field_simulation.hpp"

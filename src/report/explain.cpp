@@ -1,6 +1,4 @@
 // report/explain.cpp: what a scene of fields holds, and what any scene costs.
-#include "report/explain.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +6,7 @@
 #include "numerics/solvers/fastest_growth.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/equations.hpp"
+#include "report/shown.hpp"
 #include "run/cost.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/run_scene.hpp"

@@ -6,7 +6,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "io/trajectory.hpp"
 #include "jobs/calibration/calibration_layout.hpp"
-#include "report/explain.hpp"
+#include "report/shown.hpp"
 
 namespace drover::report {
 

@@ -30,6 +30,12 @@ nlohmann::json json_of(const jobs::SweepTable& table);
 std::string info_text(const std::filesystem::path& file, bool with_scene);
 nlohmann::json info_json(const std::filesystem::path& file);
 
+/// Fields, the terms of their equations, coefficients, kept modes and the growth about the references, or bodies;
+/// memory, disk and wall time, for which a few steps are timed.  Of a scene with a time step.
+run::Result explain(const io::Scene& scene);
+/// Its part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
+run::Record explain_particles(const io::Scene& scene);
+
 /// The sections of scenes, with their keys.
 nlohmann::json schema_json(const std::vector<io::SectionDescription>& sections);
 

@@ -1,11 +1,69 @@
-// run/session.cpp: a run in memory for programs in C++.
+// run/session.cpp: a run in memory and its samples, and the same for programs in C++.
 #include "drover/run/session.hpp"
 
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
+#include "run/fields/field_problem.hpp"
+#include "run/run_scene.hpp"
 #include "run/session_state.hpp"
+#include "run/simulation_type.hpp"
+#include "run/step_choice.hpp"
 
 namespace drover::run {
+
+namespace {
+io::Scene ready(const io::Scene& scene) {
+    check_memory(scene);
+    check_result_names(scene);
+    io::Scene chosen = with_chosen_step(scene, true);
+    chosen.accuracy.biases = false;  // they are results of runs that end
+    return chosen;
+}
+}  // namespace
+
+SessionState::SessionState(const io::Scene& scene)
+    : scene_(ready(scene)),
+      threads_(std::make_unique<Threads>(simulation_type_of(scene_).threads(scene_))),
+      simulation_(simulation_type_of(scene_).make(scene_, *threads_, {})) {
+    simulation_->check_health(0);
+    append_row(simulation_->recordings.back(), 0.0, samples_);
+}
+
+std::span<const ScheduledRecording> SessionState::frames() const {
+    return std::span(simulation_->recordings).first(simulation_->recordings.size() - 1);
+}
+
+void SessionState::advance(std::int64_t steps, const std::function<void()>& poll) {
+    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
+    require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
+    const ScheduledRecording& observables = simulation_->recordings.back();
+    for (const std::int64_t end = step_ + steps; step_ < end;) {
+        poll();
+        // The sample of time.end may be off the schedule of a run that goes on.
+        if (step_ == simulation_->steps && step_ > 0 && observables.every > 0 && !is_due(observables, step_))
+            remove_last_row(observables, samples_);
+        failed_ = true;  // unless the step succeeds
+        simulation_->advance(step_);
+        ++step_;
+        if (is_checked(*simulation_, step_) || step_ == end) simulation_->check_health(step_);
+        if (step_ == simulation_->steps || is_due(observables, step_)) append_row(observables, time(), samples_);
+        failed_ = false;
+    }
+}
+
+Report SessionState::report() const {
+    require(step_ > 0, {}, "the run has taken no steps yet, so there are no means; advance it first");
+    io::Scene until_now = scene_;
+    until_now.time.end = time();
+    until_now.output.frame_every = 0.0;
+    if (was_changed_) until_now.initial.kind = io::default_start(scene_.kind).kind;  // no longer stationary
+    return make_report(files::ArchiveReader(samples_), until_now, Theory::included);
+}
+
+void SessionState::accept() {
+    simulation_->accept(step_);
+    was_changed_ = true;
+}
 
 Session::Session(const std::filesystem::path& scene_file) : Session(io::read_scene(scene_file)) {}
 Session::Session(const std::string& scene, const std::string& name) : Session(io::parse_scene(scene, name)) {}

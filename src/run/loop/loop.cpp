@@ -88,11 +88,23 @@ void keeping_frames(Commits& commits, Work work) {
     }
 }
 
+/// For people, `seconds` after step `first`.
+std::string progress_text(const Simulation& simulation, std::int64_t first, std::int64_t step, double seconds) {
+    const auto done = static_cast<double>(step), all = static_cast<double>(simulation.steps);
+    const double rate = static_cast<double>(step - first) / seconds;
+    std::string line =
+        text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left", done * simulation.dt, all * simulation.dt,
+             100.0 * done / all, rate, duration_text(rate > 0.0 ? (all - done) / rate : 0.0));
+    if (const std::optional<double> error = simulation.step_error(); error > 0.0)
+        line += text(", estimated error of the steps {:.2g}", *error);
+    return line;
+}
+
 /// Returns the last step that was taken.
 std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::Archive& archive, Commits& commits,
                             const LoopFiles& files, bool quiet) {
     Clock::time_point last_checkpoint = Clock::now();
-    Progress progress(first, simulation.steps, simulation.dt, quiet);
+    ProgressLine progress(quiet);
     std::int64_t step = first;
     while (step < simulation.steps && stop_signal() == 0) {
         keeping_frames(commits, [&] { simulation.advance(step); });
@@ -105,7 +117,7 @@ std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::A
             save(simulation, step, archive, commits, files);
             last_checkpoint = Clock::now();
         }
-        progress.report(step, [&] { return simulation.step_error(); });
+        progress.show([&](double elapsed) { return progress_text(simulation, first, step, elapsed); });
     }
     if (step != first) keeping_frames(commits, [&] { simulation.check_health(step); });
     return step;

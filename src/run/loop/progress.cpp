@@ -1,4 +1,4 @@
-// run/loop/progress.cpp: progress lines with rate and time left.
+// run/loop/progress.cpp: when progress is shown, and where.
 #include "run/loop/progress.hpp"
 
 #include <unistd.h>
@@ -31,20 +31,6 @@ void ProgressLine::show(const std::function<std::string(double elapsed)>& words)
     else log_line(LogLevel::information, line);
     std::fflush(stderr);
     shown_ = true;
-}
-
-void Progress::report(std::int64_t step, const std::function<std::optional<double>()>& step_error) {
-    line_.show([&](double elapsed) {
-        const double rate = static_cast<double>(step - first_) / elapsed;
-        const double left = rate > 0.0 ? static_cast<double>(last_ - step) / rate : 0.0;
-        std::string line =
-            text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left", static_cast<double>(step) * dt_,
-                 static_cast<double>(last_) * dt_, 100.0 * static_cast<double>(step) / static_cast<double>(last_), rate,
-                 duration_text(left));
-        if (const std::optional<double> error = step_error(); error > 0.0)
-            line += text(", estimated error of the steps {:.2g}", *error);
-        return line;
-    });
 }
 
 void PointProgress::add() {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <optional>
 #include <string>
 
 namespace drover::run {
@@ -25,22 +24,6 @@ private:
     using Clock = std::chrono::steady_clock;
     bool quiet_, terminal_, shown_ = false;
     Clock::time_point start_, next_;
-};
-
-/// Of a run.
-class Progress {
-public:
-    /// From step `first` to step `last`; `dt` [s] gives the time shown.
-    Progress(std::int64_t first, std::int64_t last, double dt, bool quiet)
-        : first_(first), last_(last), dt_(dt), line_(quiet) {}
-
-    /// `step_error` is called for a line that is shown.
-    void report(std::int64_t step, const std::function<std::optional<double>()>& step_error);
-
-private:
-    std::int64_t first_, last_;
-    double dt_;
-    ProgressLine line_;
 };
 
 /// Of points that several threads compute, whose number is known from below.

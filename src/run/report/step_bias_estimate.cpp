@@ -1,10 +1,9 @@
 // run/report/step_bias_estimate.cpp: from the differences that a run has recorded to the bias of each result.
-#include "run/report/step_bias_estimate.hpp"
-
 #include <algorithm>
 
 #include "drover/base/text.hpp"
 #include "measure/field_setting.hpp"
+#include "run/report/report.hpp"
 
 namespace drover::run {
 
@@ -130,7 +129,6 @@ void add_boxes(const std::vector<std::string>& densities, const measure::Summary
             biases.of[start + "_exponent" + family.ending] = std::move(exponents);
         }
 }
-
 }  // namespace
 
 const StepBiasEstimate* StepBiases::find(const std::string& row, std::size_t component) const {
