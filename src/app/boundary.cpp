@@ -2,12 +2,12 @@
 #include "jobs/boundary_shares.hpp"
 
 #include <cstdlib>
-#include <memory>
 #include <optional>
 
 #include "analysis/onset.hpp"
 #include "app/command.hpp"
 #include "base/log.hpp"
+#include "base/mapped.hpp"
 
 namespace drover::app {
 
@@ -49,9 +49,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
                  .words = {"--overwrite"}}))  // the archive that the script has written, if it is run again
         return run::exit_done;
     if (job.share.is_plain()) check_output(output, options.scene, scene);
-    if (options.collect)
-        return print_result(jobs::collect_boundary(scene, job.folder, threads), output, scene, threads.count());
-    if (options.share.empty() && options.workers == 0 && !jobs::has_shares(scene, job.folder))
+    if (!options.collect && options.share.empty() && options.workers == 0 && !jobs::has_shares(scene, job.folder))
         return print_result(analysis::make_boundary(scene, threads, {.quiet = options.quiet}), output, scene,
                             threads.count());
     const auto result = jobs::make_boundary_in_shares(scene, job, threads);
@@ -90,8 +88,7 @@ int print_table_boundary(const BoundaryOptions& options) {
             "--draws {} for a table of coefficients; expected at least {}, from which its errors follow",
             *options.draws, min_draws);
     require(options.cell || options.points.empty(), {}, "--point applies to --cell; expected the side of a cell too");
-    std::vector<analysis::AreaFractions> points;
-    for (const std::string& written : options.points) points.push_back(point_of(written));
+    const std::vector<analysis::AreaFractions> points = mapped(options.points, point_of);
     analysis::TableOnset onset =
         analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::error_draws));
     const ResultOutput output = options.result("onset", "curves and thresholds, with standard errors");
@@ -148,10 +145,8 @@ void add_boundary(CLI::App& program, Action& action) {
                      .json = "Print the result as JSON, with all vertices",
                      .quiet = "Print no progress"});
     command->get_option("--overwrite")->needs(command->get_option("--output"));
-    command->callback([options, &action] {
-        action = [options] {
-            return files::is_hdf5(options->scene) ? print_table_boundary(*options) : print_scene_boundary(*options);
-        };
+    when_chosen(*command, action, options, [](const BoundaryOptions& given) {
+        return files::is_hdf5(given.scene) ? print_table_boundary(given) : print_scene_boundary(given);
     });
 }
 

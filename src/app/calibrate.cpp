@@ -1,5 +1,4 @@
 // app/calibrate.cpp: drover calibrate SCENE.
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
@@ -89,7 +88,7 @@ void add_calibrate(CLI::App& program, Action& action) {
                                "running, their rate and the time left",
                      .slurm = "Print a script that runs N shares on Slurm and makes the table"});
     add_stop_options(*command);
-    command->callback([options, &action] { action = [options] { return calibrate_scene(*options); }; });
+    when_chosen(*command, action, options, calibrate_scene);
 }
 
 }  // namespace drover::app

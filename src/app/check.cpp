@@ -1,6 +1,5 @@
 // app/check.cpp: drover check SCENE.
 #include <cstdio>
-#include <memory>
 
 #include "app/command.hpp"
 #include "base/log.hpp"
@@ -18,15 +17,13 @@ void add_check(CLI::App& program, Action& action) {
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
     command->add_flag("--resolved", options->resolved, "Print every key with its value, as TOML");
-    command->callback([options, &action] {
-        action = [options] {
-            const io::Scene scene = scene_of(*options);
-            const std::vector<std::string> warnings = jobs::check_scene(scene);
-            if (options->resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
-            else print(options->scene + ": valid\n");
-            for (const std::string& warning : warnings) log_warning("{}", warning);
-            return run::exit_done;
-        };
+    when_chosen(*command, action, options, [](const Options& given) {
+        const io::Scene scene = scene_of(given);
+        const std::vector<std::string> warnings = jobs::check_scene(scene);
+        if (given.resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
+        else print(given.scene + ": valid\n");
+        for (const std::string& warning : warnings) log_warning("{}", warning);
+        return run::exit_done;
     });
 }
 

@@ -7,11 +7,9 @@
 
 #include "base/duration.hpp"
 #include "base/log.hpp"
+#include "jobs/campaign/campaign.hpp"
 #include "jobs/campaign/slurm_script.hpp"
-#include "jobs/campaign/stop_rules.hpp"
 #include "report/shown.hpp"
-#include "report/write_result.hpp"
-#include "run/simulation_type.hpp"
 
 namespace drover::app {
 

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
@@ -31,6 +32,13 @@ using Action = std::function<int()>;
 #define DROVER_DECLARE(command) void add_##command(CLI::App& program, Action& action);
 DROVER_COMMANDS(DROVER_DECLARE)
 #undef DROVER_DECLARE
+
+/// Runs `work` with the options if the command is the chosen one.
+template <class Options, class Work>
+void when_chosen(CLI::App& command, Action& action, const std::shared_ptr<Options>& options, Work work) {
+    command.callback(
+        [options, &action, work] { action = [options, work] { return static_cast<int>(work(*options)); }; });
+}
 
 /// Each exit status with its meaning.
 std::span<const std::pair<int, const char*>> exit_statuses();

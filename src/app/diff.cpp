@@ -1,6 +1,5 @@
 // app/diff.cpp: drover diff ONE OTHER.
 #include <algorithm>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
@@ -42,7 +41,7 @@ void add_diff(CLI::App& program, Action& action) {
     command->add_option("one", options->one, "A scene, or an archive, whose scene it stores")->required();
     command->add_option("other", options->other, "The one that it is compared with")->required();
     command->add_flag("--json", options->json, "Print the differences as JSON");
-    command->callback([options, &action] { action = [options] { return compare(*options); }; });
+    when_chosen(*command, action, options, compare);
 }
 
 }  // namespace drover::app

@@ -1,6 +1,4 @@
 // app/explain.cpp: drover explain SCENE.
-#include <memory>
-
 #include "app/command.hpp"
 #include "report/shown.hpp"
 #include "run/step_choice.hpp"
@@ -17,11 +15,9 @@ void add_explain(CLI::App& program, Action& action) {
     add_scene_options(*command, *options);
     add_output_options(*command, *options);
     command->add_flag("--json", options->json, "Print as JSON");
-    command->callback([options, &action] {
-        action = [options]() -> int {
-            const io::Scene scene = run::with_chosen_step(scene_of(*options), options->json);
-            return print_result(report::explain(scene), {.json = options->json}, scene, 1);
-        };
+    when_chosen(*command, action, options, [](const Options& given) {
+        const io::Scene scene = run::with_chosen_step(scene_of(given), given.json);
+        return print_result(report::explain(scene), {.json = given.json}, scene, 1);
     });
 }
 

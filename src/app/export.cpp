@@ -1,8 +1,6 @@
 // app/export.cpp: drover export ARCHIVE: frames of particles as extended XYZ, of fields as VTK or CSV.
-#include <memory>
-
-#include "app/command.hpp"
 #include "io/export.hpp"
+#include "app/command.hpp"
 #include "run/loop/scene_support.hpp"
 
 namespace drover::app {
@@ -52,15 +50,12 @@ void add_export(CLI::App& program, Action& action) {
     command->add_flag("--bodies", options->bodies,
                       "Of particles: write one line per body, with its direction, instead of one per sphere");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing file");
-    command->callback([options, &action] {
-        action = [options] {
-            run::require_folder_of({.path = options->output, .where = {}, .name = "--output " + options->output});
-            const std::string ending = std::filesystem::path(options->output).extension().string();
-            require(io::is_field_export(options->output) || ending == ".xyz" || ending == ".extxyz",
-                    {.file = options->output},
-                    "the name ends with \"{}\"; expected .xyz of particles, or .vtk or .csv of fields", ending);
-            return io::is_field_export(options->output) ? export_fields(*options) : export_particles(*options);
-        };
+    when_chosen(*command, action, options, [](const ExportOptions& given) {
+        run::require_folder_of({.path = given.output, .where = {}, .name = "--output " + given.output});
+        const std::string ending = std::filesystem::path(given.output).extension().string();
+        require(io::is_field_export(given.output) || ending == ".xyz" || ending == ".extxyz", {.file = given.output},
+                "the name ends with \"{}\"; expected .xyz of particles, or .vtk or .csv of fields", ending);
+        return io::is_field_export(given.output) ? export_fields(given) : export_particles(given);
     });
 }
 

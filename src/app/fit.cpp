@@ -1,6 +1,4 @@
 // app/fit.cpp: drover fit ARCHIVE KEY ...
-#include <memory>
-
 #include "analysis/wave_fit.hpp"
 #include "app/command.hpp"
 
@@ -39,12 +37,10 @@ void add_fit(CLI::App& program, Action& action) {
         ->check(CLI::Range(0.0, 1e15));
     command->add_option("--every", options->choice.every, "Use every k-th frame")->check(CLI::Range(1, 1000000));
     command->add_flag("--json", options->json, "Print the result as JSON");
-    command->callback([options, &action] {
-        action = [options] {
-            const io::Scene scene = analysis::fitted_scene(options->archive, options->scene, options->overrides);
-            return print_result(analysis::make_wave_fit(scene, *options),
-                                {.file = "", .what = "fit", .contents = "", .json = options->json}, scene, 1);
-        };
+    when_chosen(*command, action, options, [](const Options& given) {
+        const io::Scene scene = analysis::fitted_scene(given.archive, given.scene, given.overrides);
+        return print_result(analysis::make_wave_fit(scene, given),
+                            {.file = "", .what = "fit", .contents = "", .json = given.json}, scene, 1);
     });
 }
 

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "app/command.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/version.hpp"
 
 namespace drover::app {
@@ -24,8 +25,7 @@ namespace {
 /// Checked before CLI11 asks for a command.
 void reject_unknown_command(const CLI::App& program, const std::vector<std::string>& words) {
     if (words.empty() || words.front().starts_with('-')) return;
-    std::vector<std::string> names;
-    for (const CLI::App* command : program.get_subcommands(nullptr)) names.push_back(command->get_name());
+    const auto names = mapped(program.get_subcommands(nullptr), [](const CLI::App* one) { return one->get_name(); });
     require(std::ranges::find(names, words.front()) != names.end(), {}, "unknown command {}; {}", words.front(),
             suggestion(words.front(), names, text("expected one of {}; see drover --help", joined(names))));
 }

@@ -1,6 +1,4 @@
 // app/restart.cpp: drover restart ARCHIVE.
-#include <memory>
-
 #include "app/command.hpp"
 
 namespace drover::app {
@@ -22,14 +20,11 @@ void add_restart(CLI::App& program, Action& action) {
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
-    command->callback([options, &action] {
-        action = [options] {
-            std::vector<std::string> overrides = options->overrides;
-            if (options->threads > 0) overrides.push_back(text("run.threads={}", options->threads));
-            return print_outcome(run::restart_run(options->archive, overrides,
-                                                  {.overwrite = false, .quiet = options->quiet}),
-                                 options->json);
-        };
+    when_chosen(*command, action, options, [](const Options& given) {
+        std::vector<std::string> overrides = given.overrides;
+        if (given.threads > 0) overrides.push_back(text("run.threads={}", given.threads));
+        return print_outcome(run::restart_run(given.archive, overrides, {.overwrite = false, .quiet = given.quiet}),
+                             given.json);
     });
 }
 

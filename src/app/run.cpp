@@ -1,6 +1,4 @@
 // app/run.cpp: drover run SCENE.
-#include <memory>
-
 #include "app/command.hpp"
 #include "base/log.hpp"
 #include "jobs/tradeoff/tradeoff.hpp"
@@ -26,24 +24,21 @@ void add_run(CLI::App& program, Action& action) {
     add_max_time(*command);
     command->add_flag("--json", options->json, "Print the results as JSON");
     command->add_flag("-q,--quiet", options->quiet, "Print no log and no progress");
-    command->callback([options, &action] {
-        action = [options] {
-            const run::RunOptions how{.overwrite = options->overwrite, .quiet = options->quiet};
-            io::Scene scene = scene_of(*options);
-            if (!options->accuracy.empty()) {
-                const std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(options->accuracy);
-                run::check_needs(scene, how);  // before the trials
-                const auto found = jobs::with_accuracy(scene, targets, options->quiet);
-                if (!found) {
-                    log_information(
-                        "stopped by {} during the trials, which are kept; re-run the same command to resume",
-                        run::stop_reason(run::stop_signal()));
-                    return static_cast<int>(run::exit_stopped);
-                }
-                scene = *found;
+    when_chosen(*command, action, options, [](const Options& given) {
+        const run::RunOptions how{.overwrite = given.overwrite, .quiet = given.quiet};
+        io::Scene scene = scene_of(given);
+        if (!given.accuracy.empty()) {
+            const std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(given.accuracy);
+            run::check_needs(scene, how);  // before the trials
+            const auto found = jobs::with_accuracy(scene, targets, given.quiet);
+            if (!found) {
+                log_information("stopped by {} during the trials, which are kept; re-run the same command to resume",
+                                run::stop_reason(run::stop_signal()));
+                return static_cast<int>(run::exit_stopped);
             }
-            return print_outcome(run::run_scene(scene, how), options->json);
-        };
+            scene = *found;
+        }
+        return print_outcome(run::run_scene(scene, how), given.json);
     });
 }
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
@@ -141,13 +140,12 @@ void add_schema(CLI::App& program, Action& action) {
             if (!options->kind.empty()) kind = io::kind_of_name(options->kind);
             std::vector<io::SectionDescription> sections = kind ? io::scene_schema(*kind) : io::scene_schema();
             if (!options->part.empty()) sections = part_of(std::move(sections), options->part);
-            if (!options->json) {
-                print_sections(sections);
-                if (options->part.empty() && kind.value_or(io::SceneKind::fields) == io::SceneKind::fields)
-                    print_terms();
+            if (options->json) {
+                print_json(report::schema_json(sections));
                 return run::exit_done;
             }
-            print_json(report::schema_json(sections));
+            print_sections(sections);
+            if (options->part.empty() && kind.value_or(io::SceneKind::fields) == io::SceneKind::fields) print_terms();
             return run::exit_done;
         };
     });

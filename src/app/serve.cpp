@@ -1,6 +1,4 @@
 // app/serve.cpp: drover serve SCENE|ARCHIVE: a page in a browser that shows a run, by the Python package.
-#include <memory>
-
 #include "app/command.hpp"
 
 namespace drover::app {
@@ -18,14 +16,12 @@ void add_serve(CLI::App& program, Action& action) {
     command->add_option("--set", options->settings, "Override a key of the scene, section.key=value; repeatable")
         ->type_name("KEY=VALUE");
     command->add_option("--port", options->port, "Port on 127.0.0.1; default: a free one")->check(CLI::Range(1, 65535));
-    command->callback([options, &action] {
-        action = [options] {
-            std::vector<std::string> words;
-            if (options->port != 0) words.insert(words.end(), {"--port", std::to_string(options->port)});
-            for (const std::string& setting : options->settings) words.push_back("--set=" + setting);
-            words.insert(words.end(), {"--", options->run});
-            return run_python_package("serve", "server", words);
-        };
+    when_chosen(*command, action, options, [](const Options& given) {
+        std::vector<std::string> words;
+        if (given.port != 0) words.insert(words.end(), {"--port", std::to_string(given.port)});
+        for (const std::string& setting : given.settings) words.push_back("--set=" + setting);
+        words.insert(words.end(), {"--", given.run});
+        return run_python_package("serve", "server", words);
     });
 }
 

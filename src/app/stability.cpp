@@ -1,8 +1,6 @@
 // app/stability.cpp: drover stability SCENE.
 #include "analysis/stability.hpp"
 
-#include <memory>
-
 #include "app/command.hpp"
 #include "run/fields/field_simulation.hpp"
 
@@ -16,18 +14,15 @@ void add_stability(CLI::App& program, Action& action) {
     add_scene_options(*command, *options);
     add_result_options(*command, *options,
                        "Also write the result, with maps over wavenumber and angle, to this archive (HDF5)");
-    command->callback([options, &action] {
-        action = [options] {
-            const io::Scene scene = io::read_scene(options->scene, options->overrides);
-            io::require_grid(scene, "stability");
-            Threads threads(options->threads > 0 ? options->threads : run::choose_threads(scene));
-            const bool with_maps = !options->output.empty();
-            const ResultOutput output =
-                output_of(*options, "stability", "instabilities, and maps over wavenumber and angle");
-            check_output(output, options->scene, scene);
-            return print_result(analysis::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
-                                threads.count());
-        };
+    when_chosen(*command, action, options, [](const ResultOptions& given) {
+        const io::Scene scene = io::read_scene(given.scene, given.overrides);
+        io::require_grid(scene, "stability");
+        Threads threads(given.threads > 0 ? given.threads : run::choose_threads(scene));
+        const bool with_maps = !given.output.empty();
+        const ResultOutput output = output_of(given, "stability", "instabilities, and maps over wavenumber and angle");
+        check_output(output, given.scene, scene);
+        return print_result(analysis::make_stability(scene, with_maps ? &threads : nullptr), output, scene,
+                            threads.count());
     });
 }
 

@@ -1,8 +1,6 @@
 // app/states.cpp: drover states SCENE --wave x.
 #include "analysis/states.hpp"
 
-#include <memory>
-
 #include "app/command.hpp"
 
 namespace drover::app {

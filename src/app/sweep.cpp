@@ -1,7 +1,6 @@
 // app/sweep.cpp: drover sweep SCENE.
 #include "jobs/sweep/sweep.hpp"
 
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
@@ -92,7 +91,7 @@ void add_sweep(CLI::App& program, Action& action) {
                                "time left",
                      .slurm = "Print a script that runs N shares on Slurm and makes the table"});
     add_stop_options(*command);
-    command->callback([options, &action] { action = [options] { return sweep_scene(*options); }; });
+    when_chosen(*command, action, options, sweep_scene);
 }
 
 }  // namespace drover::app

@@ -1,8 +1,6 @@
 // app/tradeoff.cpp: drover tradeoff SCENE --want NAME=ERROR --budget TIME.
 #include "jobs/tradeoff/tradeoff.hpp"
 
-#include <memory>
-
 #include "app/command.hpp"
 #include "base/duration.hpp"
 
@@ -66,7 +64,7 @@ void add_tradeoff(CLI::App& program, Action& action) {
                      .slurm = "Print a script that runs N shares on Slurm, and then the result",
                      .json = "Print the result as JSON"});
     add_stop_options(*command);
-    command->callback([options, &action] { action = [options] { return study_scene(*options); }; });
+    when_chosen(*command, action, options, study_scene);
 }
 
 }  // namespace drover::app
