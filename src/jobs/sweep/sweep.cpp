@@ -6,16 +6,16 @@
 #include <unordered_set>
 
 #include "base/log.hpp"
+#include "base/mapped.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/campaign/campaign.hpp"
-#include "jobs/campaign/run_record.hpp"
+#include "jobs/campaign/campaign_records.hpp"
 #include "jobs/sweep/sweep_plan.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/loop/provenance.hpp"
 #include "run/loop/same_run.hpp"
-#include "run/loop/scene_support.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::jobs {
@@ -124,6 +124,11 @@ struct Sweep {
         runs.clear();
         for (std::size_t r = 0; r < layout.runs.size(); ++r) runs[layout.runs[r].name] = r;
     }
+    /// The run of a name; nullptr: of another sweep in the folder.
+    const SweepRun* find(const std::string& name) const {
+        const auto found = runs.find(name);
+        return found == runs.end() ? nullptr : &layout.runs[found->second];
+    }
     /// A ramp passes states on by archives, which are removed at the end where only the table is kept.
     bool has_archives() const { return keeps_archives() || layout.runs.back().before.has_value(); }
     bool keeps_archives() const { return scene.sweep.keep == io::Kept::archives; }
@@ -205,13 +210,11 @@ MadeBy recorded_versions(const Sweep& sweep, const std::vector<UnitRecord>& reco
 /// One for each other version that made some of the runs: on purpose, a sweep may be resumed by another.
 std::vector<std::string> version_warnings(MadeBy runs_of) {
     runs_of.erase(run::this_program());
-    std::vector<std::string> warnings;
-    for (const auto& [version, runs] : runs_of)
-        warnings.push_back(
-            other_program_text(text("{}{} made by drover {}", runs.front(),
-                                    runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1), version),
-                               "the sweep"));
-    return warnings;
+    return mapped(runs_of, [](const auto& made) {
+        const auto& [version, runs] = made;
+        const std::string were = runs.size() == 1 ? " was" : text(" and {} more were", runs.size() - 1);
+        return other_program_text(text("{}{} made by drover {}", runs.front(), were, version), "the sweep");
+    });
 }
 
 /// A warning where points differ in the modes that they keep.
@@ -281,10 +284,10 @@ Ended ended_runs(Sweep& sweep, const std::vector<UnitRecord>& records) {
     }
     Ended ended;
     for (const UnitRecord& record : records) {
-        const auto run = sweep.runs.find(record.key);
-        if (run == sweep.runs.end()) continue;
+        const SweepRun* run = sweep.find(record.key);
+        if (run == nullptr) continue;
         if (record.state != UnitState::done) ended.failures[record.key] = record.reason;
-        else if (sweep.holds(sweep.layout.runs[run->second])) ended.results[record.key] = decode(record.result);
+        else if (sweep.holds(*run)) ended.results[record.key] = decode(record.result);
     }
     return ended;
 }
@@ -305,9 +308,13 @@ public:
     /// Whether a signal stopped it.
     bool run() {
         const UnitPlan plan{.wanted = [this](const Offer& offer) { want(offer); },
-                            .run = [this](const std::string& key) { return run_one(sweep_, run_of(key)); },
+                            .run = [this](const std::string& key) { return run_one(sweep_, *sweep_.find(key)); },
                             .take = [this](const UnitRecord& record) { take(record); },
-                            .holds = [this](const UnitRecord& record) { return holds(record); }};
+                            .holds =
+                                [this](const UnitRecord& record) {
+                                    const SweepRun* run = sweep_.find(record.key);
+                                    return run == nullptr || sweep_.holds(*run);
+                                }};
         return Campaign(plan, {.job = with_workers(options_, sweep_.scene.sweep.workers),
                                .identity = sweep_.identity,
                                .shares_wait = sweep_.layout.is_adaptive})
@@ -316,8 +323,6 @@ public:
     }
 
 private:
-    const SweepRun& run_of(const std::string& key) const { return sweep_.layout.runs[sweep_.runs.at(key)]; }
-
     bool offer_all(const Offer& offer) const {
         const std::vector<SweepRun>& runs = sweep_.layout.runs;
         for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -349,11 +354,6 @@ private:
                         is_done ? "" : ", which failed");
     }
 
-    bool holds(const UnitRecord& record) const {
-        const auto found = sweep_.runs.find(record.key);
-        return found == sweep_.runs.end() || sweep_.holds(sweep_.layout.runs[found->second]);
-    }
-
     Sweep& sweep_;
     const JobOptions& options_;
     std::unordered_set<std::string> done_;
@@ -361,30 +361,23 @@ private:
     std::size_t planned_marks_ = 0, planned_done_ = 0;  ///< in the layout
 };
 
-/// From the records of all processes.
-std::map<std::string, RunResults> count_ended(Sweep& sweep, SweepOutcome& outcome) {
-    Ended ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
-    outcome.runs = sweep.layout.runs.size();
-    outcome.failures.clear();
-    for (const auto& [name, reason] : ended.failures) outcome.failures.push_back(name + ": " + reason);
-    outcome.failed = outcome.failures.size();
-    outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
-    return std::move(ended.results);
-}
-
 void conclude_sweep(Sweep& sweep, const JobOptions& options, const std::vector<std::string>& remarks,
                     SweepOutcome& outcome) {
-    std::map<std::string, RunResults> results;
-    const auto read = [&] {
-        results = count_ended(sweep, outcome);
+    Ended ended;
+    const auto read = [&] {  // the records of all processes
+        ended = ended_runs(sweep, campaign_records(sweep.folder, sweep.identity));
+        outcome.runs = sweep.layout.runs.size();
+        outcome.failures = mapped(ended.failures, [](const auto& one) { return one.first + ": " + one.second; });
+        outcome.failed = outcome.failures.size();
+        outcome.missing = outcome.runs - ended.results.size() - outcome.failed;
         return outcome.missing == 0 && !outcome.stopped;
     };
     conclude(options, read, [&](bool is_last) {
-        outcome.table = sweep_table(sweep.layout, results);
+        outcome.table = sweep_table(sweep.layout, ended.results);
         const std::vector<std::string> unmet = unmet_targets(sweep.scene, sweep.layout, *outcome.table);
         outcome.table->warnings.insert(outcome.table->warnings.begin(), unmet.begin(), unmet.end());
         files::replace_file(sweep.folder / "table.csv", table_csv(*outcome.table));
-        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, results, *outcome.table);
+        write_sweep_dataset(sweep.folder / "table.nc", sweep.scene, sweep.layout, ended.results, *outcome.table);
         // The command that tries failed points of a ramp again needs their starts.
         if (is_last && outcome.failed == 0 && !sweep.keeps_archives()) remove_archives(sweep);
     });
@@ -436,9 +429,7 @@ std::string sweep_status(const io::Scene& scene, const fs::path& folder) {
     require_folder(folder, "sweep");
     const std::vector<UnitRecord> records = campaign_records(folder, sweep.identity);
     ended_runs(sweep, records);  // plans what they ask for
-    std::vector<std::string> keys;
-    for (const SweepRun& run : sweep.layout.runs) keys.push_back(run.name);
-    return campaign_status(folder, records, keys);
+    return campaign_status(folder, records, mapped(sweep.layout.runs, &SweepRun::name));
 }
 
 }  // namespace drover::jobs

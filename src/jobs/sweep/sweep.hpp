@@ -7,7 +7,7 @@
 
 #include "io/scene.hpp"
 #include "jobs/campaign/job_options.hpp"
-#include "jobs/sweep/sweep_table.hpp"
+#include "jobs/sweep/sweep_plan.hpp"
 
 namespace drover::jobs {
 

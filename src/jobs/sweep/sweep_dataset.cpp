@@ -1,11 +1,13 @@
 // jobs/sweep/sweep_dataset.cpp: arrays of a sweep from the results of its runs.
 #include <algorithm>
 #include <numeric>
+#include <ranges>
 #include <set>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "files/archive.hpp"
-#include "jobs/sweep/sweep_table.hpp"
+#include "jobs/sweep/sweep_plan.hpp"
 #include "measure/replicates.hpp"
 #include "run/loop/provenance.hpp"
 
@@ -40,9 +42,7 @@ void place(const std::vector<std::size_t>& from, const std::vector<std::size_t>&
 }
 
 std::vector<std::size_t> shape_of_row(const measure::SummaryRow& row) {
-    std::vector<std::size_t> shape;
-    for (const measure::Axis& axis : row.axes) shape.push_back(axis.values.size());
-    return shape;
+    return mapped(row.axes, [](const measure::Axis& axis) { return axis.values.size(); });
 }
 
 /// One result in all runs.
@@ -69,7 +69,6 @@ public:
         for (std::size_t r = 0; r < layout.runs.size(); ++r)
             if (const auto found = results.find(layout.runs[r].name); found != results.end())
                 for (const measure::SummaryRow& row : found->second.rows) take(row, r);
-        find_places();
     }
 
     files::ResultTable table() {
@@ -95,42 +94,42 @@ private:
         return points.size() < layout_.points.size();
     }
 
-    /// An axis for each key, or the points in their order and the keys as results.
+    /// An axis for each key, along which each point has a place, or the points in their order and the keys as results.
     void add_key_axes(const io::Scene& scene) {
+        const auto unit_of = [&](const std::string& key) {
+            return io::unit_in_results(scene, io::unit_of(scene.kind, key));
+        };
+        const auto value_of = [](std::size_t k) { return [k](const SweepPoint& point) { return point.values[k]; }; };
+        places_.resize(layout_.points.size(), 0);
         if (has_repeated_points() || !scene.sweep.refine.empty()) {
-            std::vector<double> numbers(layout_.points.size());
-            std::iota(numbers.begin(), numbers.end(), 0.0);
+            std::iota(places_.begin(), places_.end(), std::size_t{0});
+            const std::vector<double> numbers(places_.begin(), places_.end());
             table_.axes.push_back({point_axis, "1", "of the sweep, from 0, in its order", numbers});
             key_axes_ = {point_axis};
             point_shape_ = {numbers.size()};
-            for (std::size_t k = 0; k < layout_.keys.size(); ++k) {
-                std::vector<double> values;
-                for (const SweepPoint& point : layout_.points) values.push_back(point.values[k]);
-                put(axis_name(layout_.keys[k]), io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])),
-                    layout_.keys[k], key_axes_, std::move(values));
-            }
-            for (std::size_t p = 0; p < layout_.points.size(); ++p) places_.push_back(p);
+            for (std::size_t k = 0; const std::string& key : layout_.keys)
+                put(axis_name(key), unit_of(key), key, key_axes_, mapped(layout_.points, value_of(k++)));
             return;
         }
         const auto add_axis_of = [&](const std::string& name, const std::string& unit, const std::string& meaning,
-                                     const auto& value_of) {
-            std::vector<double> values;
-            for (const SweepPoint& point : layout_.points) values.push_back(value_of(point));
+                                     const std::vector<double>& of_points) {
+            std::vector<double> values = of_points;
             std::ranges::sort(values);
             values.erase(std::unique(values.begin(), values.end()), values.end());
+            for (std::size_t p = 0; p < places_.size(); ++p)
+                places_[p] = places_[p] * values.size() +
+                             static_cast<std::size_t>(std::ranges::lower_bound(values, of_points[p]) - values.begin());
             table_.axes.push_back({name, unit, meaning, values});
             key_axes_.push_back(name);
             point_shape_.push_back(values.size());
         };
-        for (std::size_t k = 0; k < layout_.keys.size(); ++k)
-            add_axis_of(axis_name(layout_.keys[k]),
-                        io::unit_in_results(scene, io::unit_of(scene.kind, layout_.keys[k])), layout_.keys[k],
-                        [k](const SweepPoint& point) { return point.values[k]; });
+        for (std::size_t k = 0; const std::string& key : layout_.keys)
+            add_axis_of(axis_name(key), unit_of(key), key, mapped(layout_.points, value_of(k++)));
         if (std::ranges::any_of(layout_.points, [](const SweepPoint& point) { return point.branch != Branch::none; }))
-            add_axis_of(branch_axis, "1", "of the ramp: 0 up, 1 down", branch_of);
+            add_axis_of(branch_axis, "1", "of the ramp: 0 up, 1 down",
+                        mapped(layout_.points,
+                               [](const SweepPoint& one) { return one.branch == Branch::down ? 1.0 : 0.0; }));
     }
-
-    static double branch_of(const SweepPoint& point) { return point.branch == Branch::down ? 1.0 : 0.0; }
 
     void take(const measure::SummaryRow& row, std::size_t run) {
         auto column = std::ranges::find_if(columns_, [&](const Column& one) {
@@ -155,21 +154,6 @@ private:
             }
             own.values[one.point] = &axis.values;
             own.differs = own.differs || own.axis.values != axis.values;
-        }
-    }
-
-    /// Where each point is along the axes of the keys.
-    void find_places() {
-        if (!places_.empty()) return;
-        for (const SweepPoint& point : layout_.points) {
-            std::size_t place = 0;
-            for (std::size_t k = 0; k < key_axes_.size(); ++k) {
-                const std::vector<double>& values = table_.axes[k].values;
-                const double value = k < point.values.size() ? point.values[k] : branch_of(point);
-                place = place * values.size() +
-                        static_cast<std::size_t>(std::ranges::lower_bound(values, value) - values.begin());
-            }
-            places_.push_back(place);
         }
     }
 
@@ -201,8 +185,7 @@ private:
     }
 
     void add(const Column& column) {
-        std::vector<std::size_t> own;
-        for (const std::string& axis : column.axes) own.push_back(lengths_.at(axis));
+        const auto own = mapped(column.axes, [&](const std::string& axis) { return lengths_.at(axis); });
         const std::size_t size = length_of(own), points = length_of(point_shape_);
         std::vector<double> means(points * size, nan), errors = means, runs(points * seeds_ * size, nan),
                                                        run_errors = runs;
@@ -238,13 +221,9 @@ private:
             const auto column = std::ranges::find(means_.names, rows.front()->name);
             return {means_.rows[point].results[static_cast<std::size_t>(column - means_.names.begin())]};
         }
-        std::vector<measure::Replicates> means;
-        for (std::size_t i = 0; i < rows.front()->estimates.size(); ++i) {
-            std::vector<measure::Estimate> all;
-            for (const measure::SummaryRow* row : rows) all.push_back(row->estimates[i]);
-            means.push_back(measure::combine(all));
-        }
-        return means;
+        return mapped(std::views::iota(std::size_t{0}, rows.front()->estimates.size()), [&](std::size_t i) {
+            return measure::combine(mapped(rows, [i](const auto* row) { return row->estimates[i]; }));
+        });
     }
 
     const SweepLayout& layout_;

@@ -2,11 +2,11 @@
 #include "jobs/sweep/sweep_plan.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <set>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "files/record_identity.hpp"
 #include "jobs/campaign/accuracy_target.hpp"
 #include "measure/replicates.hpp"
@@ -39,7 +39,7 @@ Varied varied_of(const io::Scene& scene, const std::string& written, const Sourc
     };
     Varied varied{.key = key, .values = {}};
     if (values.find(':') == std::string::npos) {
-        for (const std::string& word : run::split(values, ',')) varied.values.push_back(number_of(word));
+        varied.values = mapped(run::split(values, ','), number_of);
     } else {
         const std::vector<std::string> parts = run::split(values, ':');
         require(parts.size() == 3, where, "sweep.vary has \"{}\"; expected first:last:count", written);
@@ -172,29 +172,24 @@ std::vector<AccuracyTarget> read_refined(const io::Scene& scene) {
     if (scene.sweep.refine.empty()) return {};
     const std::string list = "sweep.refine", example = text("\"{} = 0.1\"", run::example_observable(scene));
     const SourceLocation where = io::locate(scene, list);
-    std::vector<AccuracyTarget> refined;
-    for (const std::string& written : scene.sweep.refine) {
-        const run::Assignment given = run::read_assignment(written, list, example, where);
-        refined.push_back({.text = written,
-                           .observable = given.key,
-                           .ranges = {},
-                           .error = run::read_number(given.value, written, list, example, where),
-                           .is_relative = false});
-        require(refined.back().error > 0.0, where,
-                "{} has \"{}\"; expected a change > 0, in units of the observable, as in {}", list, written, example);
-    }
-    return refined;
+    return mapped(scene.sweep.refine, [&](const std::string& written) {
+        const auto [name, value] = run::read_assignment(written, list, example, where);
+        const double change = run::read_number(value, written, list, example, where);
+        require(change > 0.0, where, "{} has \"{}\"; expected a change > 0, in units of the observable, as in {}", list,
+                written, example);
+        return AccuracyTarget{.text = written, .observable = name, .ranges = {}, .error = change, .is_relative = false};
+    });
 }
 
 /// The errors that seeds are added for: of numbers, not of parts of arrays.
 std::vector<AccuracyTarget> read_targets(const io::Scene& scene) {
-    std::vector<AccuracyTarget> targets;
-    for (const std::string& written : scene.sweep.want) {
-        targets.push_back(parse_accuracy_target(written));
-        require(targets.back().ranges.empty(), io::locate(scene, "sweep.want"),
+    const std::vector<AccuracyTarget> targets = mapped(scene.sweep.want, [&](const std::string& written) {
+        AccuracyTarget target = parse_accuracy_target(written);
+        require(target.ranges.empty(), io::locate(scene, "sweep.want"),
                 "sweep.want has \"{}\", a part of an array; expected a single number, such as {}=2%", written,
                 run::example_observable(scene));
-    }
+        return target;
+    });
     require(targets.empty() || !is_ramp(scene), io::locate(scene, "sweep.want"),
             "sweep.want on a ramp, whose points follow one another; expected ramp = \"none\"");
     require(targets.empty() || scene.sweep.max_seeds >= scene.sweep.seeds, io::locate(scene, "sweep.max_seeds"),
@@ -211,15 +206,15 @@ bool is_met(const AccuracyTarget& target, const measure::Estimate& mean, int run
 /// A sweep as far as it is known.
 struct Known {
     const io::Scene& scene;
-    const std::vector<Varied>& varied;
-    std::function<std::string(const std::vector<double>& values, std::int64_t seed)> name_of;
+    const std::vector<std::string>& keys;
+    const NumberedPoints& numbered;
     const Marks& marks;
 
     /// The means over the first `seeds` seeds of a point; empty: not known yet, or a run of it failed.
     RunMarks means_at(const std::vector<double>& values, int seeds) const {
         std::map<std::string, std::vector<measure::Estimate>> runs;
         for (int seed = 0; seed < seeds; ++seed) {
-            const auto found = marks.find(name_of(values, scene.run.seed + seed));
+            const auto found = marks.find(name_of(keys, values, scene.run.seed + seed, numbered));
             if (found == marks.end()) return {};
             for (const auto& [observable, estimate] : found->second) runs[observable].push_back(estimate);
         }
@@ -237,10 +232,9 @@ struct Wanted {
 
 /// Half as many more seeds of a point each time that those known do not suffice, so that their number does not depend
 /// on the order in which runs end.
-void add_seeds(const Known& known, Wanted& wanted) {
+void add_seeds(const Known& known, const std::vector<AccuracyTarget>& targets, Wanted& wanted) {
     constexpr int min_seeds = 4;
     const int max_seeds = known.scene.sweep.max_seeds;
-    const std::vector<AccuracyTarget> targets = read_targets(known.scene);
     for (std::size_t point = 0; point < wanted.points.size(); ++point) {
         int& seeds = wanted.seeds[point];
         for (seeds = std::min(std::max(seeds, min_seeds), max_seeds); seeds < max_seeds;
@@ -262,10 +256,9 @@ bool has_changed(const measure::Estimate& a, const measure::Estimate& b, double 
 }
 
 /// Points between those that differ.
-void add_points(const Known& known, Wanted& wanted) {
+void add_points(const Known& known, const std::vector<Varied>& varied, const std::vector<AccuracyTarget>& refined,
+                Wanted& wanted) {
     const io::Scene& scene = known.scene;
-    const std::vector<Varied>& varied = known.varied;
-    const std::vector<AccuracyTarget> refined = read_refined(scene);
     const SourceLocation where = io::locate(scene, "sweep.refine");
     constexpr std::size_t max_keys = 3;
     require(!varied.empty() && varied.size() <= max_keys, where, "sweep.refine with {} varied keys; expected one to {}",
@@ -294,8 +287,81 @@ void add_points(const Known& known, Wanted& wanted) {
     wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
 }
 
-/// What is to be said of each wanted number at each point.
-std::vector<std::string> unmet_errors(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
+/// A value that is listed twice has one point.
+void remove_repeated(std::vector<Varied>& varied) {
+    for (Varied& one : varied) {
+        std::set<double> known;
+        std::erase_if(one.values, [&](double value) { return !known.insert(value).second; });
+    }
+}
+}  // namespace
+
+bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != io::Ramp::none; }
+
+SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
+    std::vector<Varied> varied = read_varied(scene);
+    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == io::Ramp::up_down;
+    if (on_ramp) require_ramp(scene, varied);
+    else remove_repeated(varied);
+    SweepLayout layout{.keys = mapped(varied, &Varied::key),
+                       .points = {},
+                       .runs = {},
+                       .finds_warm_up = scene.analysis.warm_up < 0.0,
+                       .is_adaptive = !scene.sweep.refine.empty() || !scene.sweep.want.empty()};
+    const Known known{.scene = scene, .keys = layout.keys, .numbered = numbered, .marks = marks};
+    Wanted wanted{.points = on_ramp ? ramp_points(varied, down_again) : grid_points(varied), .seeds = {}};
+    wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
+    if (!scene.sweep.refine.empty()) add_points(known, varied, read_refined(scene), wanted);
+    if (!scene.sweep.want.empty()) add_seeds(known, read_targets(scene), wanted);
+    layout.points = std::move(wanted.points);
+    require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
+            io::locate(scene, "sweep.refine"),
+            "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
+            layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
+    const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
+    layout.seeds = *std::ranges::max_element(wanted.seeds);
+    for (int seed = 0; seed < layout.seeds; ++seed)
+        for (std::size_t point = 0; point < layout.points.size(); ++point) {
+            if (seed >= wanted.seeds[point]) continue;
+            layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
+            if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
+        }
+    return layout;
+}
+
+NumberedPoints numbered_points(const io::Scene& scene) {
+    if (is_ramp(scene)) return {};
+    const std::vector<Varied> varied = read_varied(scene);
+    NumberedPoints numbered{.keys = mapped(varied, &Varied::key)};
+    const std::vector<SweepPoint> points = grid_points(varied);
+    for (std::size_t number = 0; number < points.size(); ++number)
+        numbered.points.try_emplace(points[number].values, number);
+    return numbered;
+}
+
+RunMarks marks_of(const io::Scene& scene, const RunResults& results) {
+    RunMarks marks;
+    const auto add = [&](const char* key, const AccuracyTarget& one) {
+        const measure::SummaryRow* row = measure::find_row(results.rows, one.observable);
+        if (row == nullptr || !row->axes.empty()) {
+            std::vector<std::string> single;
+            for (const measure::SummaryRow& other : results.rows)
+                if (other.axes.empty()) single.push_back(other.name);
+            fail_input(io::locate(scene, key), "{} names {}, which is no single number of the runs; expected one of {}",
+                       key, one.observable, joined(single));
+        }
+        marks[row->name] = row->estimates.front();
+        return *row;
+    };
+    for (const AccuracyTarget& one : read_refined(scene)) add("sweep.refine", one);
+    for (const AccuracyTarget& one : read_targets(scene)) {
+        const measure::SummaryRow row = add("sweep.want", one);
+        require_unit(one, row.unit, row.estimates.front().mean);
+    }
+    return marks;
+}
+
+std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
     std::vector<std::string> unmet;
     for (const AccuracyTarget& target : read_targets(scene)) {
         const auto named = std::ranges::find(table.names, target.observable);
@@ -325,106 +391,6 @@ std::vector<std::string> unmet_errors(const io::Scene& scene, const SweepLayout&
                                               : "raise sweep.max_seeds, or make the runs longer"));
         }
     }
-    return unmet;
-}
-
-/// A rule by which results so far ask for more runs.
-struct SweepRule {
-    const char* key;
-    std::vector<AccuracyTarget> (*reads)(const io::Scene& scene);  ///< their observables; none: it is not used
-    void (*ask)(const Known& known, Wanted& wanted);
-    /// Throws for a number of a run that cannot meet it; nullptr: any can.
-    void (*check)(const AccuracyTarget& one, const std::string& unit, double value);
-    /// What it asked for and the runs do not give; nullptr: they always do.
-    std::vector<std::string> (*unmet)(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table);
-};
-
-constexpr std::array sweep_rules{
-    SweepRule{.key = "sweep.refine", .reads = &read_refined, .ask = &add_points, .check = nullptr, .unmet = nullptr},
-    SweepRule{.key = "sweep.want",
-              .reads = &read_targets,
-              .ask = &add_seeds,
-              .check = &require_unit,
-              .unmet = &unmet_errors}};
-
-/// A value that is listed twice has one point.
-void remove_repeated(std::vector<Varied>& varied) {
-    for (Varied& one : varied) {
-        std::set<double> known;
-        std::erase_if(one.values, [&](double value) { return !known.insert(value).second; });
-    }
-}
-}  // namespace
-
-bool is_ramp(const io::Scene& scene) { return scene.sweep.ramp != io::Ramp::none; }
-
-SweepLayout plan_sweep(const io::Scene& scene, const Marks& marks, const NumberedPoints& numbered) {
-    std::vector<Varied> varied = read_varied(scene);
-    const bool on_ramp = is_ramp(scene), down_again = scene.sweep.ramp == io::Ramp::up_down;
-    if (on_ramp) require_ramp(scene, varied);
-    else remove_repeated(varied);
-    SweepLayout layout{.keys = {}, .points = {}, .runs = {}, .finds_warm_up = scene.analysis.warm_up < 0.0};
-    for (const Varied& one : varied) layout.keys.push_back(one.key);
-    const auto named = [&](const std::vector<double>& values, std::int64_t seed) {
-        return name_of(layout.keys, values, seed, numbered);
-    };
-    Wanted wanted{.points = on_ramp ? ramp_points(varied, down_again) : grid_points(varied), .seeds = {}};
-    wanted.seeds.assign(wanted.points.size(), scene.sweep.seeds);
-    for (const SweepRule& rule : sweep_rules)
-        if (!rule.reads(scene).empty()) {
-            rule.ask({.scene = scene, .varied = varied, .name_of = named, .marks = marks}, wanted);
-            layout.is_adaptive = true;
-        }
-    layout.points = std::move(wanted.points);
-    require(static_cast<double>(layout.points.size()) * scene.sweep.seeds <= max_runs,
-            io::locate(scene, "sweep.refine"),
-            "a sweep of {} runs; expected at most {:.0e}: give a larger change or fewer levels",
-            layout.points.size() * static_cast<std::size_t>(scene.sweep.seeds), max_runs);
-    const std::size_t of_ramp = on_ramp ? (down_again ? 2 : 1) * varied.back().values.size() - (down_again ? 1 : 0) : 1;
-    layout.seeds = *std::ranges::max_element(wanted.seeds);
-    for (int seed = 0; seed < layout.seeds; ++seed)
-        for (std::size_t point = 0; point < layout.points.size(); ++point) {
-            if (seed >= wanted.seeds[point]) continue;
-            layout.runs.push_back(run_at(layout, point, scene, seed, numbered));
-            if (point % of_ramp > 0) layout.runs.back().before = layout.runs.size() - 2;
-        }
-    return layout;
-}
-
-NumberedPoints numbered_points(const io::Scene& scene) {
-    NumberedPoints numbered;
-    if (is_ramp(scene)) return numbered;
-    const std::vector<Varied> varied = read_varied(scene);
-    for (const Varied& one : varied) numbered.keys.push_back(one.key);
-    const std::vector<SweepPoint> points = grid_points(varied);
-    for (std::size_t number = 0; number < points.size(); ++number)
-        numbered.points.try_emplace(points[number].values, number);
-    return numbered;
-}
-
-RunMarks marks_of(const io::Scene& scene, const RunResults& results) {
-    std::vector<std::string> single;
-    for (const measure::SummaryRow& row : results.rows)
-        if (row.axes.empty()) single.push_back(row.name);
-    RunMarks marks;
-    for (const SweepRule& rule : sweep_rules)
-        for (const AccuracyTarget& one : rule.reads(scene)) {
-            require(std::ranges::find(single, one.observable) != single.end(), io::locate(scene, rule.key),
-                    "{} names {}, which is no single number of the runs; expected one of {}", rule.key, one.observable,
-                    joined(single));
-            for (const measure::SummaryRow& row : results.rows) {
-                if (!row.axes.empty() || row.name != one.observable) continue;
-                marks[row.name] = row.estimates.front();
-                if (rule.check != nullptr) rule.check(one, row.unit, row.estimates.front().mean);
-            }
-        }
-    return marks;
-}
-
-std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout& layout, const SweepTable& table) {
-    std::vector<std::string> unmet;
-    for (const SweepRule& rule : sweep_rules)
-        if (rule.unmet != nullptr) std::ranges::move(rule.unmet(scene, layout, table), std::back_inserter(unmet));
     return unmet;
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "base/mapped.hpp"
 #include "jobs/sweep/sweep_plan.hpp"
 #include "run/number_lists.hpp"
 
@@ -51,9 +52,7 @@ public:
                 halve(lower, size_, points);
             }
         }
-        std::vector<std::vector<double>> result;
-        for (const Place& place : places_) result.push_back(values_at(place));
-        return result;
+        return mapped(places_, [this](const Place& place) { return values_at(place); });
     }
 
 private:

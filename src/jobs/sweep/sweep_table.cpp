@@ -1,10 +1,9 @@
 // jobs/sweep/sweep_table.cpp: means over seeds, and where they contradict the errors of the runs; the table as CSV.
-#include "jobs/sweep/sweep_table.hpp"
+#include "jobs/sweep/sweep_plan.hpp"
 
 #include <algorithm>
 
 #include "base/constants.hpp"
-#include "drover/base/error.hpp"
 #include "measure/trajectories.hpp"
 
 namespace drover::jobs {
