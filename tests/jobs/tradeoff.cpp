@@ -7,7 +7,6 @@
 #include "drover/measure/statistics.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/tradeoff/trade_axes.hpp"
-#include "jobs/tradeoff/trade_checks.hpp"
 #include "jobs/tradeoff/trade_front.hpp"
 #include "run/fields/scene_equations.hpp"
 
@@ -253,9 +252,9 @@ TEST(CellLevels, have_the_density_of_bodies_of_the_scene) {
     for (const char* beads : {"area_fraction = 0.5", "count = 40"}) {
         const io::Scene scene =
             io::parse_scene(text("cell = {{lx = 10.0, ly = 8.0}}\nbeads = {{{}}}\n", beads), "", {});
-        const std::vector<AxisLevel> levels = cell_levels(scene);
-        ASSERT_EQ(levels.size(), 1u);
-        const dem::Setup larger = io::changed(scene, levels.front().overrides).particles;
+        const std::optional<AxisLevel> level = larger_cell(scene);
+        ASSERT_TRUE(level);
+        const dem::Setup larger = io::changed(scene, level->overrides).particles;
         EXPECT_EQ(larger.cell.lx * larger.cell.ly, 4.0 * 80.0);
         EXPECT_EQ(larger.beads.count, 4 * scene.particles.beads.count);
         EXPECT_EQ(larger.beads.area_fraction, scene.particles.beads.area_fraction);

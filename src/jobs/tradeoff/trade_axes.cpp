@@ -18,7 +18,8 @@ namespace {
 
 std::string number_text(double value) { return text("{:.12g}", value); }
 
-AxisLevel dt_level(const io::Scene& scene, const std::string& method, double dt) {
+/// A step of particles; of fields a method with steps of dt, or with `tolerance` where that is not 0.
+AxisLevel step_level(const io::Scene& scene, const std::string& method, double dt, double tolerance = 0.0) {
     if (!io::has_grid(scene.kind)) {
         const dem::ContactControl& contacts = scene.particles.contacts;
         AxisLevel level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
@@ -29,38 +30,34 @@ AxisLevel dt_level(const io::Scene& scene, const std::string& method, double dt)
             level.overrides.push_back(set("contacts.substep", factor * contacts.substep));
         return level;
     }
-    AxisLevel level{text("{}, dt = {} s", method, number_text(dt)),
-                    {text("time.stepper={}", method), set("time.dt", dt), "time.tolerance=0.0"}};
-    if (dt > scene.output.sample_every) {
+    AxisLevel level{tolerance > 0.0 ? text("{}, tolerance {:.2g}", method, tolerance)
+                                    : text("{}, dt = {} s", method, number_text(dt)),
+                    {text("time.stepper={}", method), set("time.dt", dt), set("time.tolerance", tolerance)}};
+    if (tolerance == 0.0 && dt > scene.output.sample_every) {
         level.sample_every = dt;
         level.overrides.push_back(set("output.sample_every", dt));
     }
     return level;
 }
 
-AxisLevel tolerance_level(const std::string& method, double dt, double tolerance) {
-    return {text("{}, tolerance {:.2g}", method, tolerance),
-            {text("time.stepper={}", method), set("time.dt", dt), set("time.tolerance", tolerance)}};
+void add_if_allowed(const io::Scene& scene, const AxisLevel& level, StepLadder& ladder) {
+    if (!reason_against(scene, level.overrides)) ladder.levels.push_back(level);
 }
 
 StepLadder dt_ladder(const io::Scene& scene, const std::string& method) {
     StepLadder ladder{.method = method, .levels = {}};
     // Of particles, whose outputs are whole numbers of decimal steps, 5 and 2.5 too.
     for (const double times :
-         io::has_grid(scene.kind) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0}) {
-        const AxisLevel level = dt_level(scene, method, scene.time.dt * times);
-        if (!reason_against(scene, level.overrides)) ladder.levels.push_back(level);
-    }
+         io::has_grid(scene.kind) ? std::vector{8.0, 4.0, 2.0, 1.0} : std::vector{5.0, 2.5, 2.0, 1.0})
+        add_if_allowed(scene, step_level(scene, method, scene.time.dt * times), ladder);
     return ladder;
 }
 
 StepLadder tolerance_ladder(const io::Scene& scene, const std::string& method, double dt, double largest,
                             double smallest) {
     StepLadder ladder{.method = method + " by tolerance", .levels = {}, .order = 1.0, .shorter = 10.0};
-    for (double tolerance = largest; tolerance > 0.5 * smallest; tolerance *= 0.1) {
-        const AxisLevel level = tolerance_level(method, dt, tolerance);
-        if (!reason_against(scene, level.overrides)) ladder.levels.push_back(level);
-    }
+    for (double tolerance = largest; tolerance > 0.5 * smallest; tolerance *= 0.1)
+        add_if_allowed(scene, step_level(scene, method, dt, tolerance), ladder);
     return ladder;
 }
 
@@ -101,96 +98,7 @@ std::vector<std::string> in_balance(const io::Scene& scene, const physics::Field
             overrides.push_back(row.key() + "=" + toml_text(row.description.default_value));
     return overrides;
 }
-}  // namespace
 
-std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
-std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
-
-std::optional<std::string> reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
-    try {
-        io::changed(scene, overrides);
-        return std::nullopt;
-    } catch (const Error& error) {
-        if (!is_of_scene(error.fault())) throw;
-        return error.what();
-    }
-}
-
-bool is_given(const AxisLevel& level) { return level.overrides.empty(); }
-
-std::vector<StepLadder> step_ladders(const io::Scene& scene) {
-    std::vector<StepLadder> ladders;
-    if (!io::has_grid(scene.kind)) {
-        ladders.push_back(dt_ladder(scene, ""));
-        return ladders;
-    }
-    const std::string given = scene.time.stepper;
-    const bool noisy = io::has_noise(scene);
-    if (scene.time.tolerance > 0.0)
-        ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
-                                           scene.time.tolerance));
-    std::vector<std::string> methods{"etdrk2", "etdrk4-krogstad"};
-    if (!noisy) methods.emplace_back("etd-abm4");
-    if (scene.time.tolerance == 0.0 && !numerics::time_method(given).needs_tolerance) {
-        std::erase(methods, given);
-        methods.insert(methods.begin(), given);
-    }
-    for (const std::string& method : methods) ladders.push_back(dt_ladder(scene, method));
-    if (!noisy)
-        for (const std::string method : {"etdrk4-krogstad", "cvode-bdf"})
-            if (method != given || scene.time.tolerance == 0.0)
-                ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
-    const bool has_products = noisy && run::equations_of(scene).has_product_noise();
-    for (StepLadder& ladder : ladders)
-        if (has_products) ladder.order = 1.0;
-        else if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
-    std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
-    return ladders;
-}
-
-void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
-    for (int n = 0; n < count; ++n) {
-        const io::Scene finest = io::changed(scene, ladder.levels.back().overrides);
-        const AxisLevel level =
-            ladder.shorter == 2.0
-                ? dt_level(scene, finest.time.stepper, finest.time.dt / ladder.shorter)
-                : tolerance_level(finest.time.stepper, finest.time.dt, finest.time.tolerance / ladder.shorter);
-        if (reason_against(scene, level.overrides)) return;
-        ladder.levels.push_back(level);
-    }
-}
-
-bool has_random_start(const io::Scene& scene) {
-    return scene.initial.kind == model::StartKind::random ||
-           (scene.initial.kind == model::StartKind::formula && scene.initial.amplitude > 0.0);
-}
-
-AxisLevel grid_level(const io::Scene& scene, int nx, int ny) {
-    AxisLevel level{.name = text("{} by {}", nx, ny), .overrides = {}, .name_of_row = text("{} by 1", nx)};
-    if (nx != scene.grid.nx) level.overrides = {set("grid.nx", nx), set("grid.ny", ny)};
-    return level;
-}
-
-std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
-    if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
-    std::vector<AxisLevel> levels;
-    const bool comparable = !same_start || !has_random_start(scene);
-    constexpr int fewest = 16;
-    const std::size_t warnings = run::simulation_type_of(scene).warnings(scene).size();
-    for (const int part : {4, 2}) {
-        const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
-        if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
-        const AxisLevel level = grid_level(scene, nx, ny);
-        if (reason_against(scene, level.overrides)) continue;
-        if (run::simulation_type_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
-            levels.push_back(level);
-    }
-    levels.push_back(grid_level(scene, scene.grid.nx, scene.grid.ny));
-    if (comparable) levels.push_back(grid_level(scene, 2 * scene.grid.nx, scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny));
-    return levels;
-}
-
-namespace {
 void add_particle_models(const io::Scene& scene, std::vector<AxisLevel>& levels) {
     const dem::ContactControl& contacts = scene.particles.contacts;
     if (contacts.model == dem::ContactModel::impulse && contacts.law == dem::GroupLaw::simultaneous) {
@@ -229,9 +137,7 @@ void add_keyed_models(const io::Scene& scene, std::vector<AxisLevel>& levels) {
         if (is_given(model, row) && may_be_zero) levels.push_back({"without " + row.key(), without(row)});
     }
 }
-}  // namespace
 
-namespace {
 /// On the modes of the full model: with others two models differ in their grids, too.
 void keep_modes_of(const io::Scene& scene, AxisLevel& level) {
     const int degree = run::integrated_of(scene).kept_degree;
@@ -239,6 +145,91 @@ void keep_modes_of(const io::Scene& scene, AxisLevel& level) {
         level.overrides.push_back(set("dealiasing.degree", degree));
 }
 }  // namespace
+
+std::string set(const std::string& key, double value) { return key + "=" + toml_text(value); }
+std::string set(const std::string& key, int value) { return text("{}={}", key, value); }
+
+std::optional<std::string> reason_against(const io::Scene& scene, const std::vector<std::string>& overrides) {
+    try {
+        io::changed(scene, overrides);
+        return std::nullopt;
+    } catch (const Error& error) {
+        if (!is_of_scene(error.fault())) throw;
+        return error.what();
+    }
+}
+
+bool is_given(const AxisLevel& level) { return level.overrides.empty(); }
+
+std::vector<StepLadder> step_ladders(const io::Scene& scene) {
+    if (!io::has_grid(scene.kind)) return {dt_ladder(scene, "")};
+    std::vector<StepLadder> ladders;
+    const std::string given = scene.time.stepper;
+    const bool noisy = io::has_noise(scene);
+    if (scene.time.tolerance > 0.0)
+        ladders.push_back(tolerance_ladder(scene, given, scene.time.dt, std::min(0.1, 100.0 * scene.time.tolerance),
+                                           scene.time.tolerance));
+    std::vector<std::string> methods{"etdrk2", "etdrk4-krogstad"};
+    if (!noisy) methods.emplace_back("etd-abm4");
+    if (scene.time.tolerance == 0.0 && !numerics::time_method(given).needs_tolerance) {
+        std::erase(methods, given);
+        methods.insert(methods.begin(), given);
+    }
+    for (const std::string& method : methods) ladders.push_back(dt_ladder(scene, method));
+    if (!noisy)
+        for (const std::string method : {"etdrk4-krogstad", "cvode-bdf"})
+            if (method != given || scene.time.tolerance == 0.0)
+                ladders.push_back(tolerance_ladder(scene, method, io::longest_step(scene), 1e-1, 1e-3));
+    const bool has_products = noisy && run::equations_of(scene).has_product_noise();
+    for (StepLadder& ladder : ladders)
+        if (has_products) ladder.order = 1.0;
+        else if (!noisy && ladder.shorter == 2.0) ladder.order = numerics::time_method(ladder.method).order;
+    std::erase_if(ladders, [](const StepLadder& ladder) { return ladder.levels.empty(); });
+    return ladders;
+}
+
+void add_shorter(const io::Scene& scene, StepLadder& ladder, int count) {
+    for (int n = 0; n < count; ++n) {
+        const io::Scene finest = io::changed(scene, ladder.levels.back().overrides);
+        const bool is_of_dt = ladder.shorter == 2.0;
+        const std::size_t before = ladder.levels.size();
+        add_if_allowed(scene,
+                       step_level(scene, finest.time.stepper, finest.time.dt / (is_of_dt ? ladder.shorter : 1.0),
+                                  is_of_dt ? 0.0 : finest.time.tolerance / ladder.shorter),
+                       ladder);
+        if (ladder.levels.size() == before) return;
+    }
+}
+
+bool has_random_start(const io::Scene& scene) {
+    return scene.initial.kind == model::StartKind::random ||
+           (scene.initial.kind == model::StartKind::formula && scene.initial.amplitude > 0.0);
+}
+
+AxisLevel grid_level(const io::Scene& scene, int nx, int ny) {
+    AxisLevel level{.name = text("{} by {}", nx, ny), .overrides = {}, .name_of_row = text("{} by 1", nx)};
+    if (nx != scene.grid.nx) level.overrides = {set("grid.nx", nx), set("grid.ny", ny)};
+    return level;
+}
+
+std::vector<AxisLevel> grid_levels(const io::Scene& scene, bool same_start) {
+    if (!io::has_grid(scene.kind)) return {{"the cell", {}}};
+    std::vector<AxisLevel> levels;
+    const bool comparable = !same_start || !has_random_start(scene);
+    constexpr int fewest = 16;
+    const std::size_t warnings = run::simulation_type_of(scene).warnings(scene).size();
+    for (const int part : {4, 2}) {
+        const int nx = scene.grid.nx / part, ny = scene.grid.ny == 1 ? 1 : scene.grid.ny / part;
+        if (!comparable || nx < fewest || (ny != 1 && ny < fewest)) continue;
+        const AxisLevel level = grid_level(scene, nx, ny);
+        if (reason_against(scene, level.overrides)) continue;
+        if (run::simulation_type_of(scene).warnings(io::changed(scene, level.overrides)).size() <= warnings)
+            levels.push_back(level);
+    }
+    levels.push_back(grid_level(scene, scene.grid.nx, scene.grid.ny));
+    if (comparable) levels.push_back(grid_level(scene, 2 * scene.grid.nx, scene.grid.ny == 1 ? 1 : 2 * scene.grid.ny));
+    return levels;
+}
 
 std::vector<AxisLevel> model_levels(const io::Scene& scene) {
     std::vector<AxisLevel> levels{{"full", {}}};
@@ -263,25 +254,22 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene) {
     return levels;
 }
 
-std::vector<AxisLevel> cell_levels(const io::Scene& scene) {
+std::optional<AxisLevel> larger_cell(const io::Scene& scene) {
     if (!io::has_grid(scene.kind)) {
         const dem::Setup& setup = scene.particles;
         if (!dem::is_periodic(setup.cell)) return {};
         AxisLevel level{"twice the sides", {set("cell.lx", 2.0 * setup.cell.lx), set("cell.ly", 2.0 * setup.cell.ly)}};
         if (setup.beads.count > 0) level.overrides.push_back(set("beads.count", 4 * setup.beads.count));
         if (setup.rods.count > 0) level.overrides.push_back(set("rods.count", 4 * setup.rods.count));
-        return {level};
+        return level;
     }
     if (scene.initial.kind == model::StartKind::file || scene.initial.kind == model::StartKind::mode) return {};
-    bool uniform = true;
     for (const auto& [component, formula] : scene.initial.formulas)
-        uniform = uniform && !io::mentions(formula.text, {"x", "y"});
-    if (!uniform) return {};
-    return {{"twice the sides",
-             scene.grid.ny == 1
-                 ? std::vector{set("grid.nx", 2 * scene.grid.nx), set("grid.lx", 2.0 * scene.grid.lx)}
-                 : std::vector{set("grid.nx", 2 * scene.grid.nx), set("grid.ny", 2 * scene.grid.ny),
-                               set("grid.lx", 2.0 * scene.grid.lx), set("grid.ly", 2.0 * scene.grid.ly)}}};
+        if (io::mentions(formula.text, {"x", "y"})) return {};
+    const numerics::Grid& grid = scene.grid;
+    AxisLevel level{"twice the sides", {set("grid.nx", 2 * grid.nx), set("grid.lx", 2.0 * grid.lx)}};
+    if (grid.ny > 1) add_all(level.overrides, {set("grid.ny", 2 * grid.ny), set("grid.ly", 2.0 * grid.ly)});
+    return level;
 }
 
 }  // namespace drover::jobs

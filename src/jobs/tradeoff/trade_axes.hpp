@@ -60,6 +60,6 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene);
 
 /// A cell of twice the sides, with the same distance of points and the same density of bodies; none where the start is
 /// not uniform.
-std::vector<AxisLevel> cell_levels(const io::Scene& scene);
+std::optional<AxisLevel> larger_cell(const io::Scene& scene);
 
 }  // namespace drover::jobs

@@ -7,12 +7,13 @@
 #include <array>
 #include <cmath>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene_text.hpp"
 #include "measure/replicates.hpp"
-#include "run/cost.hpp"
 #include "run/fields/field_simulation.hpp"
+#include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::jobs {
@@ -93,11 +94,11 @@ std::vector<double> common_samples(const TargetNumber& number, double spacing) {
 }  // namespace
 
 TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TradeoffOptions& options)
-    : scene(given),
+    : trials(of, options),
+      scene(given),
       budget(options.budget),
       is_collecting(options.collect),
-      targets_(options.targets),
-      trials_(of, options) {}
+      targets_(options.targets) {}
 
 TrialRun TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
@@ -114,30 +115,28 @@ double TradeBench::expected_seconds(const TrialRun& trial) const {
     return rate_ * size_of(trial.scene) * trial.scene.time.end / trial.scene.time.dt;
 }
 
-bool TradeBench::run(std::vector<TrialRun> trials) {
-    std::ranges::stable_sort(trials, [&](const TrialRun& a, const TrialRun& b) {
+bool TradeBench::run(std::vector<TrialRun> wanted) {
+    std::ranges::stable_sort(wanted, [&](const TrialRun& a, const TrialRun& b) {
         return expected_seconds(a) < expected_seconds(b);
     });
     std::vector<TrialRun> affordable;
     double cost = spent;
-    for (const TrialRun& trial : trials) {
-        if (trials_.find(trial) == nullptr) cost += expected_seconds(trial);
+    for (const TrialRun& trial : wanted) {
+        if (trials.find(trial) == nullptr) cost += expected_seconds(trial);
         if (cost <= budget) affordable.push_back(trial);
     }
-    if (affordable.size() < trials.size()) is_short = true;
-    const bool completed = trials_.run(affordable);
-    for (const TrialRun& trial : affordable) count(trial);
+    if (affordable.size() < wanted.size()) is_short = true;
+    const bool completed = trials.run(affordable);
+    for (const TrialRun& trial : affordable) {
+        const TrialResult* result = trials.find(trial);
+        if (result == nullptr) continue;
+        double& counted = counted_[result->archive.string()];
+        hosts.insert(result->host);
+        programs.insert(result->program);
+        spent += result->seconds() - counted;
+        counted = result->seconds();
+    }
     return completed;
-}
-
-void TradeBench::count(const TrialRun& trial) {
-    const TrialResult* result = trials_.find(trial);
-    if (result == nullptr) return;
-    double& counted = counted_[result->archive.string()];
-    hosts.insert(result->host);
-    programs.insert(result->program);
-    spent += result->seconds() - counted;
-    counted = result->seconds();
 }
 
 /// Per second of the scene.  Where a kill has lost most of the times, a few steps are timed, once for all processes.
@@ -145,7 +144,7 @@ double TradeBench::step_seconds_of(const TrialRun& trial, const TrialResult& res
     constexpr double known = 0.5;  // of the trial
     const double reported = result.step_seconds / std::max(result.timed, 1e-9);
     if (result.timed >= known * result.end) return reported;
-    const auto timed = trials_.agreed("cost-" + result.archive.stem().string(), [&]() -> std::vector<double> {
+    const auto timed = trials.agreed("cost-" + result.archive.stem().string(), [&]() -> std::vector<double> {
         io::Scene alone = trial.scene;
         alone.run.threads = 1;
         const auto expected = run::expected_time(alone);
@@ -154,20 +153,14 @@ double TradeBench::step_seconds_of(const TrialRun& trial, const TrialResult& res
     return timed ? timed->front() : reported;
 }
 
-bool TradeBench::has_run(double for_long) const {
-    TrialRun trial = trial_of({});
-    trial.scene.time.end = for_long;
-    return trials_.find(trial) != nullptr;
-}
-
 TrialMeasurement TradeBench::measured(const std::vector<std::string>& overrides, bool rounds_up) {
     const TrialRun trial = trial_of(overrides, rounds_up);
-    const TrialResult* result = trials_.find(trial);
+    const TrialResult* result = trials.find(trial);
     if (result == nullptr) return {.outcome = {is_collecting ? LevelState::not_ended : LevelState::not_affordable}};
     if (result->failure) return {.outcome = {LevelState::failed, *result->failure}};
     const auto key = std::pair(result->archive.string(), result->end);
     if (const auto known = measured_.find(key); known != measured_.end()) return known->second;
-    trials_.require_archive(trial, *result);
+    trials.require_archive(trial, *result);
     const files::ArchiveReader archive(result->archive);
     const run::Report report = run::make_report(archive);
     TrialMeasurement measured{.start_seconds = result->start_seconds,
@@ -198,37 +191,31 @@ Bias TradeBench::mean_of(const TargetNumber& number) const {
     return mean;
 }
 
-Fluctuation TradeBench::fluctuation_of(const TargetNumber& number, double min_error) const {
-    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
-    const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
-    // Its relative standard error, see autocorrelation_time.
-    const double error =
-        std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
+std::vector<Fluctuation> TradeBench::fluctuations(const TrialMeasurement& run) const {
     // The run finds its own tau, over 80 m of it with a relative error of sqrt(20/(80 m)): below m with 95 % for 1.75.
     constexpr double own = 1.75, max_margin = 2.5;
-    return {std::max(mean_of(number).error, min_error), tau * number.spacing,
-            std::min(max_margin, own * (1.0 + error))};
-}
-
-std::vector<Fluctuation> TradeBench::fluctuations(const TrialMeasurement& run) const {
     std::vector<Fluctuation> result;
-    for (std::size_t w = 0; w < run.numbers.size(); ++w)
-        result.push_back(fluctuation_of(run.numbers[w], min_error_.empty() ? 0.0 : min_error_[w]));
+    for (std::size_t w = 0; w < run.numbers.size(); ++w) {
+        const TargetNumber& number = run.numbers[w];
+        const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
+        const double tau = measure::autocorrelation_time(used), window = 5.0 * tau;
+        // Its relative standard error, see autocorrelation_time.
+        const double error =
+            std::sqrt(2.0 * (2.0 * window + 1.0) / static_cast<double>(std::max<std::size_t>(used.size(), 1)));
+        result.push_back({std::max(mean_of(number).error, min_error_.empty() ? 0.0 : min_error_[w]),
+                          tau * number.spacing, std::min(max_margin, own * (1.0 + error))});
+    }
     return result;
-}
-
-Bias TradeBench::drift_of(const TargetNumber& number) const {
-    const std::span<const double> used = std::span<const double>(number.series).subspan(skip(number));
-    const std::size_t half = used.size() / 2;
-    if (half < measure::min_blocks) return {};
-    return less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
 }
 
 std::vector<std::string> TradeBench::drift_notes(const TrialMeasurement& run) const {
     constexpr double clear = 3.0;  // standard errors
     std::vector<std::string> notes;
     for (std::size_t w = 0; statistical && w < targets_.size(); ++w) {
-        const Bias drift = drift_of(run.numbers[w]);
+        const std::span<const double> series(run.numbers[w].series), used = series.subspan(skip(run.numbers[w]));
+        const std::size_t half = used.size() / 2;
+        if (half < measure::min_blocks) continue;
+        const Bias drift = less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
         if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
         notes.push_back(
             drift_note(w,
@@ -245,7 +232,7 @@ std::string TradeBench::drift_note(std::size_t target, const std::string& what) 
         targets_[target].text, what, allowed[target]);
 }
 
-std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<std::string>& overrides) const {
+std::vector<std::vector<std::string>> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
     std::vector<std::vector<std::string>> all;
     const int count = statistical ? 3 : 0;
     for (int k = 1; k <= count; ++k) {
@@ -255,25 +242,17 @@ std::vector<std::vector<std::string>> TradeBench::other_seeds(const std::vector<
     return all;
 }
 
-std::vector<TrialRun> TradeBench::reseeded(const std::vector<std::string>& overrides) const {
-    std::vector<TrialRun> trials;
-    for (const std::vector<std::string>& changes : other_seeds(overrides)) trials.push_back(trial_of(changes));
-    return trials;
-}
-
 std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overrides) {
     std::vector<TrialMeasurement> runs{measured(overrides)};
-    for (const std::vector<std::string>& changes : other_seeds(overrides))
+    for (const std::vector<std::string>& changes : reseeded(overrides))
         if (TrialMeasurement run = measured(changes); run.is_measured()) runs.push_back(std::move(run));
     min_error_.assign(targets_.size(), 0.0);
     std::vector<std::string> notes;
     for (std::size_t w = 0; runs.size() > 1 && w < targets_.size(); ++w) {
-        std::vector<measure::Estimate> means;
-        for (const TrialMeasurement& run : runs) {
+        const measure::Replicates seeds = measure::combine(mapped(runs, [&](const TrialMeasurement& run) {
             const Bias mean = mean_of(run.numbers[w]);
-            means.push_back({.mean = mean.value, .error = mean.error});
-        }
-        const measure::Replicates seeds = measure::combine(means);
+            return measure::Estimate{.mean = mean.value, .error = mean.error};
+        }));
         const bool is_doubted = seeds.own_error == 0.0 || (measure::contradicts(seeds) && seeds.chi_squared > 1.0);
         if (!is_doubted) continue;
         // Twice this holds the truth with the probability of two standard errors, although few runs tell it.
@@ -298,11 +277,6 @@ double TradeBench::sparse_sampling(const TrialMeasurement& base) const {
         times = std::min(times, measure::autocorrelation_time(series.subspan(skip(number))) / 2.0);
     }
     return scene.output.sample_every * std::exp2(std::floor(std::log2(std::max(times, 1.0))));
-}
-
-void TradeBench::sample_every(double interval) {
-    scene.output.sample_every = interval;
-    duration = interval * std::ceil(duration / interval - 1e-9);
 }
 
 Bias TradeBench::difference(const TargetNumber& a, const TargetNumber& b) const {

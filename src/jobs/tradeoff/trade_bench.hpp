@@ -84,23 +84,15 @@ public:
     /// `of`: the resolved text of the scene whose trials the folder holds.
     TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
 
+    Trials trials;
     io::Scene scene;             ///< that the trials change
     double budget = 0.0;         ///< core seconds
     bool is_collecting = false;  ///< no trials are made
 
     TrialRun trial_of(const std::vector<std::string>& overrides, bool rounds_up = false) const;
 
-    /// As Trials::agreed.
-    std::optional<std::vector<double>> agreed(const std::string& name,
-                                              const std::function<std::vector<double>()>& compute) {
-        return trials_.agreed(name, compute);
-    }
-
-    /// Whether the scene itself has run for this long.
-    bool has_run(double duration) const;
-
     /// Runs the trials that the budget allows, the cheapest first.  False when a signal came.
-    bool run(std::vector<TrialRun> trials);
+    bool run(std::vector<TrialRun> wanted);
 
     /// Costs of later trials follow from this one: steps times points.
     void set_rate(const TrialMeasurement& base);
@@ -121,8 +113,8 @@ public:
     /// That the mean of a wanted number is another one than that of the trials.
     std::string drift_note(std::size_t target, const std::string& what) const;
 
-    /// Trials of other seeds; none where nothing is statistical.
-    std::vector<TrialRun> reseeded(const std::vector<std::string>& overrides) const;
+    /// The same changes with other seeds; none where nothing is statistical.
+    std::vector<std::vector<std::string>> reseeded(const std::vector<std::string>& overrides) const;
 
     /// Where those scatter by more than their errors allow, a wanted number fluctuates more slowly than a trial shows:
     /// from here on its statistical error is at least that of the scatter.  Returns what is to be said of it.
@@ -131,9 +123,6 @@ public:
     /// An interval between samples from which the means of a run are as exact as from those that it has: half of the
     /// shortest autocorrelation time, but a multiple of the scene's, with 64 samples of the trial [s].
     double sparse_sampling(const TrialMeasurement& base) const;
-
-    /// The trials to come sample at these intervals, and last a whole number of them.
-    void sample_every(double interval);
 
     /// a - b.  Runs of fields share their noise; those of particles share nothing.
     Bias difference(const TargetNumber& a, const TargetNumber& b) const;
@@ -151,14 +140,9 @@ public:
 private:
     double expected_seconds(const TrialRun& trial) const;
     double step_seconds_of(const TrialRun& trial, const TrialResult& result);
-    Fluctuation fluctuation_of(const TargetNumber& number, double min_error) const;
-    std::vector<std::vector<std::string>> other_seeds(const std::vector<std::string>& overrides) const;
-    void count(const TrialRun& trial);
-    Bias drift_of(const TargetNumber& number) const;  ///< mean of the second half of the samples less that of the first
     std::size_t skip(const TargetNumber& number) const;  ///< samples of the warm-up
 
     std::vector<AccuracyTarget> targets_;
-    Trials trials_;
     double rate_ = 0.0;
     std::vector<double> min_error_;  ///< statistical, of the mean of each wanted number over a trial, see widen()
     std::map<std::pair<std::string, double>, TrialMeasurement> measured_;

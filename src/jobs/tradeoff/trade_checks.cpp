@@ -1,6 +1,6 @@
 // jobs/tradeoff/trade_checks.cpp: the scene and the duration of the first trials; convergence with the grid, and drift
 // beyond that duration.
-#include "jobs/tradeoff/trade_checks.hpp"
+#include "jobs/tradeoff/trade_front.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "drover/base/error.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/tradeoff/trade_axes.hpp"
-#include "run/cost.hpp"
+#include "run/run_scene.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::jobs {
@@ -39,15 +39,6 @@ std::optional<io::Scene> affordable_scene(const io::Scene& scene, double budget)
     return std::nullopt;
 }
 
-/// Of affordable_scene().
-[[noreturn]] void fail_too_small(const io::Scene& scene, double budget) {
-    const std::optional<run::ExpectedTime> expected = run::expected_time(scene);
-    fail_run(
-        "a run of the scene takes {} of core time, and so does each trial; the budget of {} is too small: give a "
-        "larger --budget",
-        duration_text(expected ? expected->total : 0.0), duration_text(budget));
-}
-
 /// Of a run that takes a fortieth of the budget, and makes 64 samples at least [s].
 double first_duration(const io::Scene& scene, double budget) {
     constexpr double part = 1.0 / 40.0, min_samples = 64.0;
@@ -67,28 +58,28 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     TrialStart start{.scene = scene, .duration = scene.time.end};
     if (bench.statistical) {
         const auto found =
-            bench.agreed("duration" + of, [&] { return std::vector{first_duration(scene, bench.budget)}; });
+            bench.trials.agreed("duration" + of, [&] { return std::vector{first_duration(scene, bench.budget)}; });
         if (!found) return std::nullopt;
         start.duration = found->front();
         return start;
     }
-    const auto found = bench.agreed("grid" + of, [&]() -> std::vector<double> {
+    const auto found = bench.trials.agreed("grid" + of, [&]() -> std::vector<double> {
         const std::optional<io::Scene> one = affordable_scene(scene, bench.budget);
         if (!one) return {};
         return {static_cast<double>(one->grid.nx), static_cast<double>(one->grid.ny)};
     });
     if (!found) return std::nullopt;
-    if (found->empty()) fail_too_small(scene, bench.budget);
+    if (found->empty()) {
+        const std::optional<run::ExpectedTime> expected = run::expected_time(scene);
+        fail_run(
+            "a run of the scene takes {} of core time, and so does each trial; the budget of {} is too small: give a "
+            "larger --budget",
+            duration_text(expected ? expected->total : 0.0), duration_text(bench.budget));
+    }
     const auto nx = static_cast<int>((*found)[0]), ny = static_cast<int>((*found)[1]);
     if (nx != scene.grid.nx || ny != scene.grid.ny)
         start.scene = io::changed(scene, {text("grid.nx={}", nx), text("grid.ny={}", ny)});
     return start;
-}
-
-std::vector<AxisLevel> compared_cells(const io::Scene& scene, const std::vector<AccuracyTarget>& targets) {
-    const auto has_range = [](const AccuracyTarget& target) { return !target.ranges.empty(); };
-    if (io::has_grid(scene.kind) && std::ranges::any_of(targets, has_range)) return {};
-    return cell_levels(scene);
 }
 
 void require_relative(const AccuracyTarget& target, const Bias& mean) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "drover/base/error.hpp"
 #include "io/scene_text.hpp"
 
 namespace drover::jobs {
@@ -177,7 +176,7 @@ std::vector<std::string> overrides_of(const Candidate& candidate) {
 io::Scene scene_of(const io::Scene& scene, const Findings& found, const Candidate& candidate) {
     std::vector<std::string> overrides;
     if (found.sample_every > 0.0) overrides.push_back(set("output.sample_every", found.sample_every));
-    for (const std::string& change : overrides_of(candidate)) overrides.push_back(change);
+    std::ranges::move(overrides_of(candidate), std::back_inserter(overrides));
     overrides.push_back(set("time.end", candidate.end));
     if (found.warm_up > 0.0) overrides.push_back(set("analysis.warm_up", found.warm_up));
     // The errors of what is wanted are measured: the run need not warn of those of its fields.

@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "io/scene_text.hpp"
-#include "jobs/tradeoff/trade_checks.hpp"
+#include "jobs/tradeoff/trade_front.hpp"
 
 namespace drover::jobs {
 
@@ -66,7 +67,9 @@ private:
         if (found_.sample_every == 0.0 && bench_.statistical && io::has_grid(bench_.scene.kind)) {
             found_.sample_every = bench_.sparse_sampling(base);
             if (found_.sample_every > bench_.scene.output.sample_every) {
-                bench_.sample_every(found_.sample_every);
+                // The trials to come last a whole number of these intervals.
+                bench_.scene.output.sample_every = found_.sample_every;
+                bench_.duration = found_.sample_every * std::ceil(bench_.duration / found_.sample_every - 1e-9);
                 return measure_axes();
             }
         }
@@ -95,11 +98,9 @@ private:
         if (refinement_ > 1.0 && levels.size() > 1) levels.pop_back();
         std::vector<TrialRun> trials;
         constexpr double small = 0.25;  // of what is allowed: the given grid is fine enough to be the reference
-        for (const AxisLevel& level : levels) {
-            const bool finer =
-                !is_given(level) && bench_.trial_of(level.overrides).scene.grid.nx > bench_.scene.grid.nx;
-            if (!finer) trials.push_back(bench_.trial_of(level.overrides));
-        }
+        for (const AxisLevel& level : levels)
+            if (TrialRun trial = bench_.trial_of(level.overrides); trial.scene.grid.nx <= bench_.scene.grid.nx)
+                trials.push_back(std::move(trial));
         if (!bench_.run(trials)) return false;
         if (levels.size() > 1 && io::has_grid(bench_.scene.kind) && trials.size() < levels.size()) {
             const auto given = static_cast<std::size_t>(
@@ -192,14 +193,16 @@ private:
     }
 
     io::Scene pilot() const { return io::changed(bench_.scene, on_pilot_grid({})); }
+    TrialRun trial_of(const AxisLevel& level) const { return bench_.trial_of(on_pilot_grid(level.overrides)); }
+    TrialMeasurement measured(const AxisLevel& level) { return bench_.measured(on_pilot_grid(level.overrides)); }
+
     bool measure_steps() {
         if (ladders_.empty()) ladders_ = step_ladders(bench_.scene);
         constexpr int max_extensions = 4;
         for (int extension = 0;; ++extension) {
             std::vector<TrialRun> trials;
             for (const StepLadder& ladder : ladders_)
-                for (const AxisLevel& level : ladder.levels)
-                    trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+                for (const AxisLevel& level : ladder.levels) trials.push_back(trial_of(level));
             if (!bench_.run(trials)) return false;
             collect_steps();
             if (extension == max_extensions || !extend_ladders()) break;
@@ -287,12 +290,9 @@ private:
 
     void collect_steps() {
         found_.ladders.clear();
-        std::vector<std::vector<TrialMeasurement>> runs;
-        for (const StepLadder& ladder : ladders_) {
-            runs.emplace_back();
-            for (const AxisLevel& level : ladder.levels)
-                runs.back().push_back(bench_.measured(on_pilot_grid(level.overrides)));
-        }
+        auto runs = mapped(ladders_, [this](const StepLadder& ladder) {
+            return mapped(ladder.levels, [this](const AxisLevel& level) { return measured(level); });
+        });
         reject_wrong_steps(runs);
         find_reference(runs);
         const TrialMeasurement reference = bench_.measured(reference_);
@@ -353,7 +353,7 @@ private:
         for (const std::vector<LevelFound>& ladder : found_.ladders)
             for (const LevelFound& level : ladder) {
                 if (!level.is_measured() || !base.is_measured()) continue;
-                const TrialMeasurement other = bench_.measured(on_pilot_grid(level.level.overrides));
+                const TrialMeasurement other = measured(level.level);
                 const Bias paired = bench_.difference(other.numbers[0], base.numbers[0]);
                 if (!(paired.error > 0.0)) continue;
                 const double apart =
@@ -368,8 +368,8 @@ private:
         const std::vector<AxisLevel> levels = model_levels(on_pilot);
         std::vector<TrialRun> trials;
         for (const AxisLevel& level : levels)
-            if (!level.reason) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
-        for (TrialRun& trial : bench_.reseeded(on_pilot_grid({}))) trials.push_back(std::move(trial));
+            if (!level.reason) trials.push_back(trial_of(level));
+        for (const auto& changes : bench_.reseeded(on_pilot_grid({}))) trials.push_back(bench_.trial_of(changes));
         if (!bench_.run(trials)) return false;
         const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
         if (!full.is_measured())
@@ -377,9 +377,8 @@ private:
         add_unsettled(bench_.widen(on_pilot_grid({})));
         found_.models.clear();
         for (const AxisLevel& level : levels) {
-            const TrialMeasurement run = level.reason
-                                             ? TrialMeasurement{.outcome = {LevelState::impossible, *level.reason}}
-                                             : bench_.measured(on_pilot_grid(level.overrides));
+            const TrialMeasurement run =
+                level.reason ? TrialMeasurement{.outcome = {LevelState::impossible, *level.reason}} : measured(level);
             LevelFound found{.level = level, .outcome = run.outcome, .biases = {}};
             if (found.is_measured()) {
                 found.biases =
@@ -401,24 +400,23 @@ private:
     }
 
     bool measure_rounding_and_cell() {
-        const std::vector<AxisLevel> cells = compared_cells(pilot(), found_.targets);
+        std::optional<AxisLevel> cell = larger_cell(pilot());
+        // The waves of a larger cell are others: the mean over a range of them is another number.
+        const auto has_range = [](const AccuracyTarget& target) { return !target.ranges.empty(); };
+        const bool is_other = io::has_grid(bench_.scene.kind) && std::ranges::any_of(found_.targets, has_range);
+        if (is_other || !bench_.statistical || (cell && reason_against(bench_.scene, on_pilot_grid(cell->overrides))))
+            cell.reset();
         std::vector<TrialRun> trials{bench_.trial_of(on_pilot_grid({}), true)};
-        const auto is_tried = [&](const AxisLevel& level) {
-            return bench_.statistical && !reason_against(bench_.scene, on_pilot_grid(level.overrides));
-        };
-        for (const AxisLevel& level : cells)
-            if (is_tried(level)) trials.push_back(bench_.trial_of(on_pilot_grid(level.overrides)));
+        if (cell) trials.push_back(trial_of(*cell));
         if (!bench_.run(trials)) return false;
         const TrialMeasurement full = bench_.measured(on_pilot_grid({}));
         const TrialMeasurement up = bench_.measured(on_pilot_grid({}), true);
         found_.rounding = up.is_measured() ? bench_.differences(up, full) : std::vector<Bias>{};
         found_.cell.clear();
-        if (!cells.empty() && is_tried(cells.front())) {
-            const TrialMeasurement large = bench_.measured(on_pilot_grid(cells.front().overrides));
-            if (large.is_measured())
-                for (std::size_t w = 0; w < found_.targets.size(); ++w)
-                    found_.cell.push_back(less(bench_.mean_of(full.numbers[w]), bench_.mean_of(large.numbers[w])));
-        }
+        if (!cell) return true;
+        if (const TrialMeasurement large = measured(*cell); large.is_measured())
+            for (std::size_t w = 0; w < found_.targets.size(); ++w)
+                found_.cell.push_back(less(bench_.mean_of(full.numbers[w]), bench_.mean_of(large.numbers[w])));
         return true;
     }
 
@@ -426,7 +424,9 @@ private:
     /// small part of the run.
     bool wants_longer() {
         if (bench_.is_short || 3.0 * bench_.spent > bench_.budget) return false;
-        if (bench_.is_collecting && !bench_.has_run(2.0 * bench_.duration)) return false;
+        TrialRun longer = bench_.trial_of({});
+        longer.scene.time.end = 2.0 * bench_.duration;
+        if (bench_.is_collecting && bench_.trials.find(longer) == nullptr) return false;
         if (!is_settled_) return true;
         const std::vector<Candidate> front = front_of(findings(), bench_.scene);
         const auto good = std::ranges::find_if(front, [](const Candidate& one) { return one.ratio <= 1.0; });

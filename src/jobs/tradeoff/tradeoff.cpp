@@ -10,7 +10,6 @@
 #include "files/record_folder.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/tradeoff/trade_front.hpp"
-#include "run/cost.hpp"
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/loop/provenance.hpp"
@@ -72,10 +71,6 @@ std::string grid_name(const Candidate& one) {
     return one.model->level.has_one_row ? one.grid->level.name_of_row : one.grid->level.name;
 }
 
-std::string duration_of(const Findings& found, const Candidate& one) {
-    return found.statistical ? text("{:.6g} s", one.end) : "as given";
-}
-
 run::Record candidate_record(const Findings& found, const Candidate& one) {
     const std::size_t target = hardest_target(found, one);
     const Parts& parts = one.parts[target];
@@ -88,7 +83,10 @@ run::Record candidate_record(const Findings& found, const Candidate& one) {
                     run::words("model", "", theory ? "linear theory" : one.model->level.name),
                     run::words("grid", "", theory ? "-" : grid_name(one)),
                     run::words("step", "", theory ? "-" : one.step->level.name),
-                    run::words("duration", "", theory ? "-" : duration_of(found, one))}};
+                    run::words("duration", "",
+                               theory              ? "-"
+                               : found.statistical ? text("{:.6g} s", one.end)
+                                                   : "as given")}};
     for (const auto& [name, size, advice] : named_parts(parts))
         row.entries.push_back(run::number(std::string(name) + "_error", found.units[target],
                                           "part of the error, with twice its standard error", size, 2));
@@ -288,7 +286,7 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const Tradeof
         if (program != run::this_program())
             root.footer.push_back(other_program_text("trials were made by drover " + program, "them"));
     if (best == nullptr) {
-        for (const std::string& note : found.notes) root.footer.push_back(note);
+        root.footer.insert(root.footer.end(), found.notes.begin(), found.notes.end());
         root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));
         return outcome;
     }
@@ -325,8 +323,7 @@ void check_targets(const io::Scene& scene, const std::vector<AccuracyTarget>& ta
         if (error.fault() != Fault::run) throw;  // its step is any: that of the trials may do
     }
     if (!report) return;
-    for (const AccuracyTarget& target : targets)
-        require_plausible(target, unit_of_target(target, report->summary), is_size_of_order(target, report->summary));
+    for (const AccuracyTarget& target : targets) require_plausible(target, report->summary);
 }
 }  // namespace
 
