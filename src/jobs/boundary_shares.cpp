@@ -5,7 +5,7 @@
 
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
-#include "jobs/campaign/shared_compute.hpp"
+#include "jobs/campaign/campaign.hpp"
 #include "run/loop/provenance.hpp"
 
 namespace drover::jobs {
@@ -25,6 +25,7 @@ files::RecordIdentity plane_identity(const std::string& manifest) { return files
 
 std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const JobOptions& job, Threads& threads) {
     analysis::check_boundary(scene);
+    if (job.collect) require_folder(job.folder, "boundary");
     const std::string manifest = plane_manifest_of(scene);
     files::join_folder(job.folder, plane_manifest, "", manifest);
     const ComputeAll compute =
@@ -35,6 +36,9 @@ std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const
         if (is_share) return std::nullopt;
         return result;
     } catch (const Interrupted&) {
+        if (job.collect)
+            throw Error(Fault::run, {job.folder.string()},
+                        "points of the plane are missing: run the same command without --collect, or more shares");
         return std::nullopt;
     }
 }
@@ -42,19 +46,6 @@ std::optional<run::Result> make_boundary_in_shares(const io::Scene& scene, const
 bool has_shares(const io::Scene& scene, const std::filesystem::path& folder) {
     const std::filesystem::path file = folder / plane_manifest;
     return std::filesystem::exists(file) && files::read_text(file, "the plane of shares") == plane_manifest_of(scene);
-}
-
-run::Result collect_boundary(const io::Scene& scene, const std::filesystem::path& folder, Threads& threads) try {
-    analysis::check_boundary(scene);
-    require_folder(folder, "boundary");
-    const std::string manifest = plane_manifest_of(scene);
-    files::join_folder(folder, plane_manifest, "", manifest);
-    const ComputeAll known =
-        shared_compute({.job = {.folder = folder, .collect = true}, .identity = plane_identity(manifest)});
-    return analysis::make_boundary(scene, threads, {.compute = known});
-} catch (const Interrupted&) {
-    throw Error(Fault::run, {folder.string()},
-                "points of the plane are missing: run the same command without --collect, or more shares");
 }
 
 std::string boundary_status(const io::Scene& scene, const std::filesystem::path& folder) {

@@ -29,7 +29,6 @@
 #include "physics/model_keys.hpp"
 #include "python/bindings.hpp"
 #include "report/shown.hpp"
-#include "report/write_result.hpp"
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/loop/same_run.hpp"
@@ -194,8 +193,10 @@ void bind_theory(py::module_& module) {
             io::require_grid(scene, "boundary");
             return interruptibly([&] {
                 Threads team(theory_threads(threads, scene));
-                run::Result result = collected.empty() ? analysis::make_boundary(scene, team)
-                                                       : jobs::collect_boundary(scene, collected, team);
+                run::Result result =
+                    collected.empty()
+                        ? analysis::make_boundary(scene, team)
+                        : *jobs::make_boundary_in_shares(scene, {.folder = collected, .collect = true}, team);
                 return Computed{run::with_units(std::move(result), scene.units), scene, "boundary", team.count()};
             });
         },

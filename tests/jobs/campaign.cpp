@@ -13,7 +13,7 @@
 
 #include "drover/base/error.hpp"
 #include "files/support.hpp"
-#include "jobs/campaign/run_record.hpp"
+#include "jobs/campaign/campaign_records.hpp"
 #include "jobs/stop_rule.hpp"
 #include "run/loop/same_run.hpp"
 #include "run/loop/signals.hpp"

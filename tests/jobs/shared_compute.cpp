@@ -1,5 +1,5 @@
 // tests/jobs/shared_compute.cpp: a calculation of many loops by several processes is that of one, whoever is killed.
-#include "jobs/campaign/shared_compute.hpp"
+#include "jobs/campaign/campaign.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>

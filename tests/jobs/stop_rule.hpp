@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "jobs/campaign/stop_rules.hpp"
+#include "jobs/campaign/campaign.hpp"
 #include "run/loop/signals.hpp"
 
 namespace drover::jobs {

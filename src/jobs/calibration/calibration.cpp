@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "base/clock.hpp"
 #include "base/log.hpp"
+#include "base/mapped.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
@@ -17,7 +19,6 @@
 #include "jobs/campaign/campaign.hpp"
 #include "run/loop/loop.hpp"
 #include "run/loop/provenance.hpp"
-#include "run/loop/signals.hpp"
 
 namespace drover::jobs {
 
@@ -92,12 +93,6 @@ private:
     const fs::path& folder_;
     std::map<std::string, std::size_t> units_;  ///< by name
 };
-
-std::size_t count_of(const std::vector<calibrate::TrialSet>& sets) {
-    std::size_t count = 0;
-    for (const calibrate::TrialSet& one : sets) count += one.count();
-    return count;
-}
 
 std::string result_text(const calibrate::TrialSet& trial_set) {
     if (trial_set.failure_reason()) return "failed: " + *trial_set.failure_reason();
@@ -190,12 +185,11 @@ private:
     void make_plan() {
         planned_at_ = ended_;
         if (!wanted_) return;
-        std::vector<UnitProgress> progress;
-        for (const Unit& one : units_)
-            progress.push_back({.trials = &one.trials,
+        const std::vector<std::uint64_t> planned = wanted_->next(mapped(units_, [](const Unit& one) {
+            return UnitProgress{.trials = &one.trials,
                                 .given = std::max<std::uint64_t>(one.planned, one.trials.count()),
-                                .has_crashed = one.has_crashed});
-        const std::vector<std::uint64_t> planned = wanted_->next(progress);
+                                .has_crashed = one.has_crashed};
+        }));
         for (std::size_t u = 0; u < units_.size(); ++u) units_[u].planned = wanted_->needs(u) ? planned[u] : 0;
     }
 
@@ -264,18 +258,10 @@ private:
     Clock::time_point start_ = Clock::now(), reported_ = start_;
 };
 
-std::string hash_text(const std::string& words) { return text("{:016x}", files::fingerprint(words)); }
-
-/// Provenance of the table.
-std::vector<files::Attribute> attributes_of(io::Scene scene) {
+void write_table(io::Scene scene, const fs::path& folder, CalibrationOutcome& outcome) {
     scene.calibration.workers = 0;
     std::vector<files::Attribute> attributes = run::shared_provenance(scene, "calibrate");
-    attributes.emplace_back("scene_hash", hash_text(io::resolved_text(scene)));
-    return attributes;
-}
-
-void write_table(const io::Scene& scene, const fs::path& folder, CalibrationOutcome& outcome) {
-    const std::vector<files::Attribute> attributes = attributes_of(scene);
+    attributes.emplace_back("scene_hash", text("{:016x}", files::fingerprint(io::resolved_text(scene))));
     outcome.file = folder / "table.h5";
     io::write_calibration(outcome.file, *outcome.table, attributes);
     std::string heading;
@@ -389,7 +375,9 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     std::vector<calibrate::TrialSet> trial_sets;
     const auto read = [&] {
         trial_sets = stored.read();
-        if (options.collect) outcome.already = count_of(trial_sets);
+        if (options.collect)
+            outcome.already = std::transform_reduce(trial_sets.begin(), trial_sets.end(), std::size_t{0}, std::plus<>(),
+                                                    [](const calibrate::TrialSet& one) { return one.count(); });
         if (options.targets.empty()) count_ended(trial_sets, outcome);
         return outcome.unfinished == 0 && !outcome.stopped;
     };

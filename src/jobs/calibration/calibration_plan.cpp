@@ -1,6 +1,7 @@
 // jobs/calibration/calibration_plan.cpp: assays at points, from the section [calibrate].
 #include <algorithm>
 
+#include "base/mapped.hpp"
 #include "calibrate/catalogue.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/calibration/calibration_layout.hpp"
@@ -22,9 +23,9 @@ void read_varied(const io::Scene& scene, calibrate::Table& axes) {
         require(!key.starts_with(own), where,
                 "calibrate.vary names {}; expected a key of the bodies, the plates or the contacts", key);
     axes.varied_key = key;
-    axes.varied.clear();
-    for (const std::string& word : run::split(values, ','))
-        axes.varied.push_back(run::read_number(word, written, calibrate_key, calibrate_example, where));
+    axes.varied = mapped(run::split(values, ','), [&](const std::string& word) {
+        return run::read_number(word, written, calibrate_key, calibrate_example, where);
+    });
     require(!axes.varied.empty(), where, "calibrate.vary = \"{}\" has no values; expected at least one", written);
     for (std::size_t i = 1; i < axes.varied.size(); ++i)
         require(axes.varied[i] > axes.varied[i - 1], where, "calibrate.vary has {} after {}; expected ascending values",
@@ -70,13 +71,6 @@ std::string manifest_of(io::Scene scene) {
         plans.push_back(section_of(assay));
     });
     return io::chosen_text(scene, [&](const std::string& one) { return std::ranges::find(plans, one) == plans.end(); });
-}
-
-/// Every key of a scene of particles, and its default.
-std::string default_text() {
-    io::Scene standard;
-    standard.kind = io::SceneKind::particles;
-    return io::resolved_text(standard);
 }
 
 /// The setup of one point.  Values are checked here, before anything runs.
@@ -127,11 +121,13 @@ CalibrationLayout plan_calibration(const io::Scene& scene) {
                    .round = static_cast<std::size_t>(plan.round),
                    .max_trials = static_cast<std::size_t>(plan.max_trials)};
     layout.manifest = manifest_of(scene);
-    layout.defaults = default_text();
+    io::Scene standard;
+    standard.kind = io::SceneKind::particles;
+    layout.defaults = io::resolved_text(standard);
     for (calibrate::Assay& assay : calibrate::make_assays(scene.plans))
         if (plan.assays.empty() || std::ranges::find(plan.assays, assay.name) != plan.assays.end())
             layout.assays.push_back(std::move(assay));
-    for (const calibrate::Assay& assay : layout.assays) layout.plans.push_back(plan_of(scene, assay.name));
+    layout.plans = mapped(layout.assays, [&](const calibrate::Assay& assay) { return plan_of(scene, assay.name); });
     layout.axes.bead_fractions = plan.bead_area_fractions;
     layout.axes.rod_fractions = plan.rod_area_fractions;
     read_varied(scene, layout.axes);

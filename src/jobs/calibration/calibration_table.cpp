@@ -1,8 +1,8 @@
 // jobs/calibration/calibration_table.cpp: tables from trials, and as TOML.
-#include <algorithm>
 #include <cmath>
 
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/redraw.hpp"
 #include "calibrate/setup_rows.hpp"
 #include "jobs/calibration/calibration.hpp"
@@ -72,6 +72,24 @@ TableEntry entry_of(const CalibrationLayout& layout, const calibrate::TrialSet& 
     entry.remark = joined_remarks({unmet_target, found.diagnosis, failed});
     return entry;
 }
+
+/// One number of each entry, in nested lists by the axes.
+template <class Write>
+std::string nested(const calibrate::Table& table, const calibrate::TableRow& row, Write write) {
+    const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
+    std::vector<std::string> all;
+    std::size_t i = 0;
+    for (std::size_t v = 0; v < table.varied.size(); ++v) {
+        std::vector<std::string> by_bead;
+        for (std::size_t b = 0; b < table.bead_fractions.size(); ++b) {
+            std::vector<std::string> by_rod;
+            for (std::size_t r = 0; r < rods; ++r) by_rod.push_back(write(row.entries[i++]));
+            by_bead.push_back(row.by_rods ? "[" + joined(by_rod) + "]" : by_rod.front());
+        }
+        all.push_back("[" + joined(by_bead) + "]");
+    }
+    return table.varied_key.empty() ? all.front() : "[" + joined(all) + "]";
+}
 }  // namespace
 
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
@@ -96,8 +114,7 @@ void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
 
 void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets,
                        calibrate::Table& table) {
-    std::vector<std::optional<calibrate::Measurement>> found;  // once for all quantities of a unit
-    for (const calibrate::TrialSet& trial_set : trial_sets) found.push_back(result_of(trial_set));
+    const auto found = mapped(trial_sets, result_of);  // once for all quantities of a unit
     for (std::size_t a = 0; a < layout.assays.size(); ++a) {
         const calibrate::Assay& assay = layout.assays[a];
         const bool by_rods = assay.population == calibrate::Population::all;
@@ -128,26 +145,6 @@ calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<cal
     calibrate::add_derived(table);
     return table;
 }
-
-namespace {
-/// One number of each entry, in nested lists by the axes.
-template <class Write>
-std::string nested(const calibrate::Table& table, const calibrate::TableRow& row, Write write) {
-    const std::size_t rods = row.by_rods ? table.rod_fractions.size() : 1;
-    std::vector<std::string> all;
-    std::size_t i = 0;
-    for (std::size_t v = 0; v < table.varied.size(); ++v) {
-        std::vector<std::string> by_bead;
-        for (std::size_t b = 0; b < table.bead_fractions.size(); ++b) {
-            std::vector<std::string> by_rod;
-            for (std::size_t r = 0; r < rods; ++r) by_rod.push_back(write(row.entries[i++]));
-            by_bead.push_back(row.by_rods ? "[" + joined(by_rod) + "]" : by_rod.front());
-        }
-        all.push_back("[" + joined(by_bead) + "]");
-    }
-    return table.varied_key.empty() ? all.front() : "[" + joined(all) + "]";
-}
-}  // namespace
 
 std::string calibration_toml(const calibrate::Table& table, const std::string& heading) {
     std::string out =

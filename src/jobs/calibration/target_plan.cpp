@@ -2,6 +2,9 @@
 #include "jobs/calibration/target_plan.hpp"
 
 #include <algorithm>
+#include <set>
+
+#include "base/mapped.hpp"
 
 namespace drover::jobs {
 
@@ -142,9 +145,7 @@ bool TargetPlan::lacks_trials(std::size_t unit, const UnitProgress& progress) co
 void TargetPlan::evaluate_targets(const std::vector<UnitProgress>& units) {
     Table table = setup_;
     add_measured_rows(layout_, ended_, table);
-    std::vector<TableTarget> in_table;
-    for (const TargetProgress& value : values_) in_table.push_back(value.in_table);
-    std::vector<calibrate::TargetResult> results = calibrate::evaluate(in_table, table, sources_);
+    auto results = calibrate::evaluate(mapped(values_, &TargetProgress::in_table), table, sources_);
     for (std::size_t k = 0; k < values_.size(); ++k) {
         TargetProgress& value = values_[k];
         value.result = std::move(results[k]);
@@ -300,14 +301,10 @@ std::vector<std::uint64_t> TargetPlan::next(const std::vector<UnitProgress>& uni
 
 std::vector<std::string> needed_assays(const CalibrationLayout& layout, const std::vector<AccuracyTarget>& targets) {
     const TargetPlan plan(layout, targets, {});
-    std::vector<std::string> names;
-    for (std::size_t a = 0; a < layout.assays.size(); ++a)
-        for (std::size_t u = 0; u < layout.units.size(); ++u)
-            if (layout.units[u].assay == a && plan.needs(u)) {
-                names.push_back(layout.assays[a].name);
-                break;
-            }
-    return names;
+    std::set<std::size_t> needed;
+    for (std::size_t u = 0; u < layout.units.size(); ++u)
+        if (plan.needs(u)) needed.insert(layout.units[u].assay);
+    return mapped(needed, [&](std::size_t assay) { return layout.assays[assay].name; });
 }
 
 }  // namespace drover::jobs

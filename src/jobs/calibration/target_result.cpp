@@ -1,13 +1,14 @@
 // jobs/calibration/target_result.cpp: wanted numbers of a calibration and what they rest on, as a result.
 #include <algorithm>
 
+#include "base/constants.hpp"
 #include "jobs/calibration/target_plan.hpp"
 
 namespace drover::jobs {
 
 namespace {
 /// Infinity is for places beyond the table.
-double finite_or_none(double value) { return std::isfinite(value) ? value : std::nan(""); }
+double finite_or_none(double value) { return std::isfinite(value) ? value : nan; }
 
 run::List value_list(const TargetPlan& plan) {
     run::List list{.name = "numbers",
@@ -38,12 +39,18 @@ double largest_disagreement(const TargetPlan& plan) {
     return largest;
 }
 
-/// The row of that part, which no trial reduces.
-run::Record disagreement_row(const char* name, const char* meaning, double part) {
-    return {.entries = {run::words(name, meaning, "the measurements of c differ by more than their errors"),
+/// A part of the variances.
+run::Record part_row(const char* name, const char* meaning, const std::string& what, double part, double trials,
+                     double seconds) {
+    return {.entries = {run::words(name, meaning, what),
                         run::number("percentage", "percent", "of the variance of a wanted number", 100.0 * part, 3),
-                        run::number("trials", "1", "that have run", std::nan(""), 6),
-                        run::number("core_seconds", "s", "of the trials whose time is known", std::nan(""), 4)}};
+                        run::number("trials", "1", "that have run", trials, 6),
+                        run::number("core_seconds", "s", "of the trials whose time is known", seconds, 4)}};
+}
+
+/// That which no trial reduces.
+run::Record disagreement_row(const char* name, const char* meaning, double part) {
+    return part_row(name, meaning, "the measurements of c differ by more than their errors", part, nan, nan);
 }
 
 /// Parts of one unit in the variances of the wanted numbers.
@@ -68,12 +75,8 @@ run::List part_list(const CalibrationLayout& layout, const TargetPlan& plan, con
     }
     std::ranges::stable_sort(parts, [](const ErrorPart& a, const ErrorPart& b) { return a.largest > b.largest; });
     for (const auto& [u, largest] : parts)
-        list.rows.push_back(
-            {.entries = {run::words("measurement", "assay and point", layout.units[u].name),
-                         run::number("percentage", "percent", "of the variance of a wanted number", 100.0 * largest, 3),
-                         run::number("trials", "1", "that have run", static_cast<double>(units[u].trials->count()), 6),
-                         run::number("core_seconds", "s", "of the trials whose time is known",
-                                     units[u].trials->core_seconds(), 4)}});
+        list.rows.push_back(part_row("measurement", "assay and point", layout.units[u].name, largest,
+                                     static_cast<double>(units[u].trials->count()), units[u].trials->core_seconds()));
     if (const double part = largest_disagreement(plan); part > 0.0)
         list.rows.insert(std::ranges::find_if(parts, [&](const ErrorPart& one) { return one.largest < part; }) -
                              parts.begin() + list.rows.begin(),
@@ -96,11 +99,7 @@ run::List assay_list(const CalibrationLayout& layout, const TargetPlan& plan, co
                 seconds += units[u].trials->core_seconds();
                 trials += static_cast<double>(units[u].trials->count());
             }
-        list.rows.push_back(
-            {.entries = {run::words("assay", "name", layout.assays[a].name),
-                         run::number("percentage", "percent", "of the variance of a wanted number", 100.0 * largest, 3),
-                         run::number("trials", "1", "that have run", trials, 6),
-                         run::number("core_seconds", "s", "of the trials whose time is known", seconds, 4)}});
+        list.rows.push_back(part_row("assay", "name", layout.assays[a].name, largest, trials, seconds));
     }
     if (const double part = largest_disagreement(plan); part > 0.0)
         list.rows.push_back(disagreement_row("assay", "name", part));

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/schema.hpp"
 #include "io/trajectory.hpp"
@@ -90,6 +91,34 @@ std::vector<std::size_t> selected(const AccuracyTarget& target, const measure::S
             *std::ranges::max_element(values));
     return result;
 }
+
+/// value: what the number is, or is at most.
+void require_small_error(const AccuracyTarget& target, const std::string& unit, double value, const char* is) {
+    if (target.is_relative) return;
+    const SourceLocation where{.file = "wanted number " + target.text};
+    require(target.unit.empty() || target.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
+            target.unit, unit, target.text);
+    require(!target.unit.empty() || target.error < 0.5 * std::abs(value), where,
+            "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of its value), or with the "
+            "unit {}=\"{:.6g} {}\"",
+            target.error, is, value, unit == "1" ? "" : " " + unit, target.text, target.error, target.text,
+            target.error, unit);
+}
+
+const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::Summary& summary) {
+    if (const measure::SummaryRow* row = measure::find_row(summary, target.observable)) return *row;
+    const std::vector<std::string> names = mapped(summary.rows, &measure::SummaryRow::name);
+    fail_input({.file = "wanted number " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
+               target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
+}
+
+/// What a number can be at most; infinity: not known.
+double largest_of(const std::string& observable, bool is_fraction) {
+    return is_fraction || observable == "onset" || observable == "nematic_order" ||
+                   observable.ends_with("area_fraction")
+               ? 1.0
+               : INFINITY;
+}
 }  // namespace
 
 AccuracyTarget parse_accuracy_target(const std::string& given) {
@@ -102,8 +131,8 @@ AccuracyTarget parse_accuracy_target(const std::string& given) {
     const std::size_t open = name.find('(');
     if (open != std::string::npos && name.ends_with(')')) {
         target.text = name;
-        for (const std::string& range : run::split(name.substr(open + 1, name.size() - open - 2), ','))
-            target.ranges.push_back(read_range(given, range));
+        target.ranges = mapped(run::split(name.substr(open + 1, name.size() - open - 2), ','),
+                               [&](const std::string& range) { return read_range(given, range); });
         if (target.ranges.empty()) fail_target(given, "() holds no range");
         name = trimmed(name.substr(0, open));
     }
@@ -133,53 +162,19 @@ std::vector<AccuracyTarget> parse_accuracy_targets(const std::vector<std::string
     return targets;
 }
 
-namespace {
-/// value: what the number is, or is at most.
-void require_small_error(const AccuracyTarget& target, const std::string& unit, double value, const char* is) {
-    if (target.is_relative) return;
-    const SourceLocation where{.file = "wanted number " + target.text};
-    require(target.unit.empty() || target.unit == unit, where, "the error is in {}; expected {}, the unit of {}",
-            target.unit, unit, target.text);
-    require(!target.unit.empty() || target.error < 0.5 * std::abs(value), where,
-            "the error {:.6g} has no unit, and the value {} {:.4g}{}; expected {}={:.6g}% (of its value), or with the "
-            "unit {}=\"{:.6g} {}\"",
-            target.error, is, value, unit == "1" ? "" : " " + unit, target.text, target.error, target.text,
-            target.error, unit);
-}
-
-const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::Summary& summary) {
-    if (const measure::SummaryRow* row = measure::find_row(summary, target.observable)) return *row;
-    std::vector<std::string> names;
-    for (const measure::SummaryRow& one : summary.rows) names.push_back(one.name);
-    fail_input({.file = "wanted number " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
-               target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
-}
-
-/// What a number can be at most; infinity: not known.
-double largest_of(const std::string& observable, bool is_fraction) {
-    return is_fraction || observable == "onset" || observable == "nematic_order" ||
-                   observable.ends_with("area_fraction")
-               ? 1.0
-               : INFINITY;
-}
-}  // namespace
-
 void require_unit(const AccuracyTarget& target, const std::string& unit, double value) {
     require_small_error(target, unit, value, "is");
-}
-
-bool is_size_of_order(const AccuracyTarget& target, const measure::Summary& summary) {
-    return measure::find_row(summary, target.observable + "_binder") != nullptr;
 }
 
 void require_plausible(const AccuracyTarget& target, const std::string& unit, bool is_fraction) {
     require_small_error(target, unit, largest_of(target.observable, is_fraction), "is at most");
 }
 
-std::string unit_of_target(const AccuracyTarget& target, const measure::Summary& summary) {
+void require_plausible(const AccuracyTarget& target, const measure::Summary& summary) {
     const measure::SummaryRow& row = row_of(target, summary);
     selected(target, row);
-    return row.unit;
+    const bool is_size_of_order = measure::find_row(summary, target.observable + "_binder") != nullptr;
+    require_plausible(target, row.unit, is_size_of_order);
 }
 
 TargetNumber target_number(const AccuracyTarget& target, const run::Report& report,
@@ -187,28 +182,27 @@ TargetNumber target_number(const AccuracyTarget& target, const run::Report& repo
     const measure::SummaryRow* row = &row_of(target, report.summary);
     const std::vector<std::size_t> components = selected(target, *row);
     const auto count = static_cast<double>(components.size());
-    TargetNumber number{.unit = row->unit, .spacing = report.scene.output.sample_every};
-    double error = 0.0;  // of components that may rise and fall together, as boxes within boxes
-    for (const std::size_t i : components) {
-        number.mean += row->estimates[i].mean / count;
-        error += row->estimates[i].error.value_or(NAN) / count;
-    }
+    const auto mean_over = [&](const auto& value_of) {
+        double mean = 0.0;
+        for (const std::size_t i : components) mean += value_of(i) / count;
+        return mean;
+    };
+    TargetNumber number{.mean = mean_over([&](std::size_t i) { return row->estimates[i].mean; }),
+                        .unit = row->unit,
+                        .spacing = report.scene.output.sample_every};
+    // Of components that may rise and fall together, as boxes within boxes.
+    const double error = mean_over([&](std::size_t i) { return row->estimates[i].error.value_or(NAN); });
     if (std::isfinite(error)) number.error = error;
-    if (const run::Prediction* prediction = run::find_prediction(report, row->name)) {
-        number.linear_theory = 0.0;
-        for (const std::size_t i : components) *number.linear_theory += prediction->values[i] / count;
-    }
+    if (const run::Prediction* prediction = measure::find_row(report.predictions, row->name))
+        number.linear_theory = mean_over([&](std::size_t i) { return prediction->values[i]; });
     const char* group = io::has_grid(report.scene.kind) ? run::field_samples_group : io::series_group;
     const std::string dataset = std::string(group) + "/" + row->name;
     if (!archive.has(dataset)) return number;
     const std::size_t size = measure::size_of(row->axes);
     const std::vector<double> values = archive.read(dataset).values;
     const std::size_t samples = std::min(values.size() / size, report.summary.samples);
-    for (std::size_t s = 0; s < samples; ++s) {
-        double mean = 0.0;
-        for (const std::size_t i : components) mean += values[s * size + i] / count;
-        number.series.push_back(mean);
-    }
+    for (std::size_t s = 0; s < samples; ++s)
+        number.series.push_back(mean_over([&](std::size_t i) { return values[s * size + i]; }));
     return number;
 }
 

@@ -42,8 +42,9 @@ void require_unit(const AccuracyTarget& target, const std::string& unit, double 
 /// Before any run: throws an input Error where an absolute error without a unit is half or more of what the number can
 /// be at most (1 for an order or an area fraction), and where its unit is not `unit`.
 void require_plausible(const AccuracyTarget& target, const std::string& unit, bool is_fraction = false);
-/// Whether a number is the size of an order, which is 1 at most.
-bool is_size_of_order(const AccuracyTarget& target, const measure::Summary& summary);
+/// The same for a number of runs with this summary.  Throws an input Error, with the names there are, when they have no
+/// such observable, no such axis, or no component in the range.
+void require_plausible(const AccuracyTarget& target, const measure::Summary& summary);
 
 /// The wanted number of one run.
 struct TargetNumber {
@@ -56,11 +57,7 @@ struct TargetNumber {
     std::optional<double> linear_theory;
 };
 
-/// The unit of a wanted number.  Throws an input Error, with the names there are, when a run with this summary has no
-/// such observable, no such axis, or no component in the range.
-std::string unit_of_target(const AccuracyTarget& target, const measure::Summary& summary);
-
-/// Throws as unit_of_target.
+/// Throws an input Error for a number that the run does not have.
 TargetNumber target_number(const AccuracyTarget& target, const run::Report& report,
                            const files::ArchiveReader& archive);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <map>
 #include <set>
 #include <thread>
@@ -12,9 +13,9 @@
 #include "base/clock.hpp"
 #include "base/log.hpp"
 #include "drover/base/error.hpp"
+#include "drover/base/threads.hpp"
 #include "files/archive_reader.hpp"
 #include "files/checkpoint.hpp"
-#include "jobs/campaign/stop_rules.hpp"
 #include "jobs/campaign/worker_pool.hpp"
 #include "run/loop/loop.hpp"
 #include "run/loop/provenance.hpp"
@@ -30,11 +31,9 @@ constexpr double group_seconds = 1.0;  ///< of work that a worker gets at a time
 constexpr auto second_look = 1s;       ///< at what another process had, or may have done meanwhile
 constexpr auto max_delay = 1s;         ///< of a record on its way to the disk
 constexpr int max_losses = 3;          ///< of a unit, for a share
-
 }  // namespace
 
 struct Campaign::State {
-public:
     State(UnitPlan plan, CampaignOptions options)
         : plan_(std::move(plan)),
           options_(std::move(options)),
@@ -55,7 +54,7 @@ public:
         is_new_ = true;
         const Jobs jobs{.next = [this] { return next(); },
                         .work = [this](std::size_t job, const Send& send) { return work(job, send); },
-                        .received = [this](std::size_t job, const std::string& bytes) { receive(job, bytes); },
+                        .received = [this](std::size_t job, const std::string& bytes) { keep(job, unit_of(bytes)); },
                         .ended = [this](std::size_t job, int status) { end(job, status); },
                         .idle = [this] { tend(); }};
         const PoolOptions pool{.workers = options_.job.workers, .grace_period = options_.grace_period};
@@ -136,11 +135,6 @@ private:
 
     std::string claim_of(const std::string& key) const { return plan_.claim ? plan_.claim(key) : key; }
 
-    /// Of a unit.
-    double mean_seconds() const {
-        return progress_.ended > 0 ? progress_.core_seconds / static_cast<double>(progress_.ended) : group_seconds;
-    }
-
     /// Requests a stop where a rule is met.  Called where there is more to do: a job that is complete was not stopped.
     bool stop_by_rule() const {
         const std::string rule = met_rule(progress_);
@@ -149,8 +143,10 @@ private:
     }
 
     std::vector<std::string> gather() {
+        const double seconds_each =
+            progress_.ended > 0 ? progress_.core_seconds / static_cast<double>(progress_.ended) : group_seconds;
         const auto limit = static_cast<std::size_t>(
-            std::clamp(group_seconds / std::max(mean_seconds(), 1e-9), 1.0, static_cast<double>(options_.max_group)));
+            std::clamp(group_seconds / std::max(seconds_each, 1e-9), 1.0, static_cast<double>(options_.max_group)));
         std::vector<std::string> group;
         std::map<std::string, HeldUnit> held;
         plan_.wanted([&](const std::string& key) {
@@ -195,13 +191,8 @@ private:
         return run::exit_done;
     }
 
-    void receive(std::size_t job, const std::string& bytes) {
-        UnitRecord record = unit_of(bytes);
+    void keep(std::size_t job, UnitRecord record) {
         record.is_new = true;
-        keep(job, record);
-    }
-
-    void keep(std::size_t job, const UnitRecord& record) {
         std::erase(groups_[job], record.key);
         store_.append(record);
         if (record.state == UnitState::lost) lost_here_.insert(record.key);
@@ -225,8 +216,7 @@ private:
                        .state = UnitState::lost,
                        .reason = is_stuck ? text("a signal stopped its process, {} times", max_losses)
                                           : text("its process ended with status {}", status),
-                       .program = run::this_program(),
-                       .is_new = true});
+                       .program = run::this_program()});
         for (const std::string& key : groups_[job]) busy_.erase(key), released_.insert(claim_of(key));
         groups_[job].clear();
         is_new_ = true;
@@ -275,6 +265,21 @@ Campaign::Campaign(UnitPlan plan, CampaignOptions options)
     : state_(std::make_unique<State>(std::move(plan), std::move(options))) {}
 Campaign::~Campaign() = default;
 CampaignOutcome Campaign::run() { return state_->run(); }
+
+Share read_share(const std::string& written) {
+    Share share;
+    int used = 0;
+    const bool is_whole = std::sscanf(written.c_str(), "%9d/%9d%n", &share.number, &share.count, &used) == 2 &&
+                          used == static_cast<int>(written.size());
+    require(is_whole && share.number >= 1 && share.number <= share.count, {},
+            "--share {}; expected I/N with I from 1 to N, such as 2/8", written);
+    return share;
+}
+
+JobOptions with_workers(JobOptions options, int of_scene) {
+    if (options.workers == 0) options.workers = of_scene > 0 ? of_scene : usable_cores();
+    return options;
+}
 
 Working working_in(const std::filesystem::path& folder) {
     Working working;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/compute_all.hpp"
 #include "base/constants.hpp"
 #include "files/claims.hpp"
 #include "jobs/campaign/campaign_records.hpp"
@@ -53,6 +54,30 @@ struct CampaignOutcome {
     std::size_t held = 0;  ///< units that other processes, which live, are still computing
 };
 
+// ---- When a command with many jobs stops before its end
+
+/// What this process has run so far.
+struct Progress {
+    std::size_t ended = 0;      ///< jobs
+    std::size_t failed = 0;     ///< of them
+    double core_seconds = 0.0;  ///< of all jobs together
+};
+
+/// Replaces the rules by these, such as "failures=5", for all campaigns of this process.  Throws an input Error for a
+/// text that is no rule.
+void set_stop_rules(const std::vector<std::string>& rules);
+
+/// As they were given.
+std::vector<std::string> stop_rules();
+
+/// The names of all rules with their meanings, for the help of a command.
+std::string stop_rules_help();
+
+/// The first rule that is met; "": none.
+std::string met_rule(const Progress& progress);
+
+// ---- Its processes
+
 /// The part of one process in a campaign.
 class Campaign {
 public:
@@ -70,6 +95,15 @@ private:
     struct State;
     std::unique_ptr<State> state_;
 };
+
+/// What a loop throws that does not end in this process: a signal came, or numbers are missing and it only collects.
+struct Interrupted {};
+
+/// The loops of a calculation whose course depends on their numbers alone: every process goes through the same loops,
+/// and computes of each what no other has.  Numbers of a loop that is over are not computed again, so that a process
+/// that starts later, or anew, goes through all that is known in a moment.  Calls throw Interrupted, and a run Error
+/// for numbers that failed.
+ComputeAll shared_compute(CampaignOptions options);
 
 /// How a run that may have been begun before has ended: it had ended already, or it was made from its start, from a
 /// checkpoint, or from its start as its archive is damaged.

@@ -1,8 +1,7 @@
 // jobs/campaign/campaign_records.cpp: encoding, and the one copy of what records have in common.
 #include "jobs/campaign/campaign_records.hpp"
 
-#include <algorithm>
-
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "files/bytes.hpp"
 
@@ -30,15 +29,7 @@ files::ByteWriter encoded(const UnitRecord& record, std::uint64_t shared) {
                "holds a record that this version of drover does not know; expected one of its own, or of an "
                "earlier version");
 }
-}  // namespace
 
-std::string unit_bytes(const UnitRecord& record) {
-    files::ByteWriter to = encoded(record, 0);
-    to(record.result.shared, record.core_seconds);
-    return files::text_of(to.bytes);
-}
-
-namespace {
 struct Decoded {
     UnitRecord record;
     std::uint64_t shared = 0;  ///< hash
@@ -52,6 +43,12 @@ Decoded decoded(files::ByteReader& reader) {
     return found;
 }
 }  // namespace
+
+std::string unit_bytes(const UnitRecord& record) {
+    files::ByteWriter to = encoded(record, 0);
+    to(record.result.shared, record.core_seconds);
+    return files::text_of(to.bytes);
+}
 
 UnitRecord unit_of(const std::string& bytes) {
     files::ByteReader reader{std::as_bytes(std::span(bytes))};
@@ -110,9 +107,7 @@ std::vector<UnitRecord> campaign_records(const std::filesystem::path& folder, co
         const auto [at, is_new] = best.try_emplace(record.key, record);
         if (!is_new && is_better(record, at->second)) at->second = std::move(record);
     }
-    std::vector<UnitRecord> records;
-    for (auto& [key, record] : best) records.push_back(std::move(record));
-    return records;
+    return mapped(best, [](auto& one) { return std::move(one.second); });
 }
 
 }  // namespace drover::jobs

@@ -8,6 +8,7 @@
 
 #include "files/record_folder.hpp"
 #include "jobs/campaign/job_options.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::jobs {
 
@@ -24,6 +25,19 @@ struct UnitResult {
     std::string shared = {};  ///< the part that many units have in common, which each file of records holds once
     bool operator==(const UnitResult&) const = default;
 };
+
+/// What is kept of a run: all results with their axes, and its warnings.
+struct RunResults {
+    std::vector<measure::SummaryRow> rows;
+    std::vector<std::string> warnings;
+};
+
+/// Names, units and axes are the shared part.  Of arrays the autocorrelation times and the reasons of missing errors
+/// are not kept.
+UnitResult encode(const RunResults& results);
+
+/// Throws an input Error for other bytes.
+RunResults decode(const UnitResult& result);
 
 /// One unit that has ended, as stored.
 struct UnitRecord {

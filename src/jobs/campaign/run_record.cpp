@@ -1,5 +1,5 @@
 // jobs/campaign/run_record.cpp: means and errors as they are, all else deflated.
-#include "jobs/campaign/run_record.hpp"
+#include "jobs/campaign/campaign_records.hpp"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // jobs/campaign/shared_compute.cpp: each loop as units of a campaign, whose keys are the number of the loop and of the
 // unit.
-#include "jobs/campaign/shared_compute.hpp"
+#include "jobs/campaign/campaign.hpp"
 
 #include <algorithm>
 #include <map>

@@ -2,7 +2,7 @@
 #include "jobs/campaign/slurm_script.hpp"
 
 #include "drover/base/text.hpp"
-#include "jobs/campaign/stop_rules.hpp"
+#include "jobs/campaign/campaign.hpp"
 #include "run/loop/signals.hpp"
 
 namespace drover::jobs {

@@ -1,11 +1,12 @@
 // jobs/campaign/stop_rules.cpp: the table of rules.
-#include "jobs/campaign/stop_rules.hpp"
+#include "jobs/campaign/campaign.hpp"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 
 #include "base/duration.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
 
@@ -54,8 +55,7 @@ SetRule parsed(const std::string& given) {
     const std::size_t equals = given.find('=');
     const std::string name = trimmed(given.substr(0, equals));
     const auto found = std::ranges::find_if(rules, [&](const StopRule& rule) { return rule.name == name; });
-    std::vector<std::string> names;
-    for (const StopRule& rule : rules) names.emplace_back(rule.name);
+    const auto names = mapped(rules, [](const StopRule& rule) { return std::string(rule.name); });
     require(found != rules.end() && equals != std::string::npos, {.file = option},
             "\"{}\" is no rule; expected NAME=LIMIT with one of {}, such as failures=5", given, joined(names));
     const std::string place = text("{} {}", option, name);
@@ -63,17 +63,9 @@ SetRule parsed(const std::string& given) {
 }
 }  // namespace
 
-void set_stop_rules(const std::vector<std::string>& given) {
-    std::vector<SetRule> set;
-    for (const std::string& one : given) set.push_back(parsed(one));
-    set_rules() = std::move(set);
-}
+void set_stop_rules(const std::vector<std::string>& given) { set_rules() = mapped(given, parsed); }
 
-std::vector<std::string> stop_rules() {
-    std::vector<std::string> texts;
-    for (const SetRule& one : set_rules()) texts.push_back(one.text);
-    return texts;
-}
+std::vector<std::string> stop_rules() { return mapped(set_rules(), &SetRule::text); }
 
 std::string stop_rules_help() {
     std::string help;

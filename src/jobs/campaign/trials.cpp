@@ -9,7 +9,6 @@
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
 #include "run/loop/same_run.hpp"
-#include "run/loop/signals.hpp"
 
 namespace drover::jobs {
 

@@ -8,10 +8,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -25,7 +23,6 @@
 namespace drover::jobs {
 
 namespace {
-
 struct Worker {
     std::size_t job = 0;
     pid_t process = -1;
@@ -139,30 +136,12 @@ std::optional<std::size_t> listen(const Jobs& jobs, std::vector<Worker>& workers
     }
     return std::nullopt;
 }
-
-/// Passes a request to stop on, once, and kills workers that run on after the grace period.
-class Stopper {
-public:
-    explicit Stopper(double grace_period) : grace_period_(grace_period) {}
-    void check(const std::vector<Worker>& workers, bool is_requested) {
-        if (!is_requested) return;
-        if (!asked_) signal_all(workers, SIGTERM);
-        if (!asked_) since_ = Clock::now();
-        asked_ = true;
-        if (std::chrono::duration<double>(Clock::now() - since_).count() > grace_period_) signal_all(workers, SIGKILL);
-    }
-
-private:
-    double grace_period_;
-    bool asked_ = false;
-    Clock::time_point since_;
-};
 }  // namespace
 
 bool run_jobs(const Jobs& jobs, const PoolOptions& options) {
     std::vector<Worker> running;
-    std::optional<Error> failure;  // that ends all jobs
-    Stopper stopper(options.grace_period);
+    std::optional<Error> failure;            // that ends all jobs
+    std::optional<Clock::time_point> asked;  // when the workers were asked to stop
     const run::StopSignals signals;
     try {
         for (;;) {
@@ -172,7 +151,11 @@ bool run_jobs(const Jobs& jobs, const PoolOptions& options) {
                 running.push_back(start_worker(*job, jobs));
             }
             if (running.empty()) break;
-            stopper.check(running, failure || run::stop_signal() != 0);
+            if (failure || run::stop_signal() != 0) {
+                if (!asked) signal_all(running, SIGTERM);
+                if (!asked) asked = Clock::now();
+                if (seconds_since(*asked) > options.grace_period) signal_all(running, SIGKILL);
+            }
             if (jobs.idle) jobs.idle();
             const std::optional<std::size_t> over = listen(jobs, running);
             if (!over) continue;
