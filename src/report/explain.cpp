@@ -7,7 +7,6 @@
 #include "numerics/steppers/time_method.hpp"
 #include "physics/equations.hpp"
 #include "report/shown.hpp"
-#include "run/cost.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/mapped.hpp"
 #include "io/calibration.hpp"
 #include "io/export.hpp"
 #include "io/trajectory.hpp"
@@ -33,9 +34,7 @@ std::string content_text(const files::Array& array) {
     for (const double value : array.values)
         if (std::isfinite(value)) finite.push_back(value);
     if (array.shape.empty() && array.values.size() == 1) return text("{:.6g}", array.values.front());
-    std::vector<std::string> sizes;
-    for (const std::size_t size : array.shape) sizes.push_back(text("{}", size));
-    std::string out = joined(sizes, " by ");
+    std::string out = joined(mapped(array.shape, [](std::size_t size) { return text("{}", size); }), " by ");
     if (!finite.empty()) {
         const auto [min, max] = std::ranges::minmax_element(finite);
         out += text(": {:.6g} to {:.6g}", *min, *max);
@@ -136,13 +135,7 @@ std::string xyz_text(const std::filesystem::path& file) {
         if (!value.empty()) out += line(name, value);
     return out;
 }
-}  // namespace
 
-std::string info_text(const std::filesystem::path& file, bool with_scene) {
-    return io::is_xyz(file) ? xyz_text(file) : archive_text(file, with_scene);
-}
-
-namespace {
 /// The provenance of an archive.
 nlohmann::json attributes_json(const files::ArchiveReader& archive) {
     nlohmann::json result = nlohmann::json::object();
@@ -152,14 +145,13 @@ nlohmann::json attributes_json(const files::ArchiveReader& archive) {
 }
 
 nlohmann::json arrays_json(const files::ArchiveReader& archive) {
-    nlohmann::json result = nlohmann::json::array();
-    for (const files::StoredArray& array : arrays_by_path(archive))
-        result.push_back({{"name", array.path},
-                          {"unit", files::text_in(array.attributes, "units")},
-                          {"meaning", files::text_in(array.attributes, "comment")},
-                          {"shape", array.shape},
-                          {"values", archive.read(array.path).values}});
-    return result;
+    return mapped(arrays_by_path(archive), [&](const files::StoredArray& array) {
+        return nlohmann::json{{"name", array.path},
+                              {"unit", files::text_in(array.attributes, "units")},
+                              {"meaning", files::text_in(array.attributes, "comment")},
+                              {"shape", array.shape},
+                              {"values", archive.read(array.path).values}};
+    });
 }
 
 nlohmann::json xyz_json(const std::filesystem::path& file) {
@@ -170,6 +162,10 @@ nlohmann::json xyz_json(const std::filesystem::path& file) {
             {"properties", info.properties},   {"times", info.times}};
 }
 }  // namespace
+
+std::string info_text(const std::filesystem::path& file, bool with_scene) {
+    return io::is_xyz(file) ? xyz_text(file) : archive_text(file, with_scene);
+}
 
 nlohmann::json info_json(const std::filesystem::path& file) {
     if (io::is_xyz(file)) return xyz_json(file);

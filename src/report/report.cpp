@@ -41,16 +41,12 @@ const measure::MeasuredField* field_of(const Report& report, const measure::Summ
     return found;
 }
 
-std::string unit_of(const Report& report, const measure::MeasuredField& field) {
-    return io::renamed(field.unit, report.scene.units);
-}
-
 /// Which numbers one may be a difference of: those of the field, or of its unit, and energies and powers of it; "":
 /// of itself alone.
 std::string summands_of(const Report& report, const measure::SummaryRow& row) {
     if (row.nature == Nature::ratio || is_square(row)) return "";
     const measure::MeasuredField* field = field_of(report, row);
-    if (field != nullptr && row.unit == unit_of(report, *field)) return "field " + field->name;
+    if (field != nullptr && row.unit == io::renamed(field->unit, report.scene.units)) return "field " + field->name;
     return row.nature == Nature::energy || row.unit != "1" ? "unit " + row.unit : "";
 }
 
@@ -114,7 +110,7 @@ std::string mean_cell(const measure::Estimate& estimate, double rounding = 0.0) 
 }
 
 double prediction_of(const Report& report, const measure::SummaryRow& row, std::size_t component) {
-    const run::Prediction* prediction = run::find_prediction(report, row.name);
+    const run::Prediction* prediction = measure::find_row(report.predictions, row.name);
     return prediction ? prediction->values[component] : NAN;
 }
 

@@ -36,6 +36,16 @@ run::Result explain(const io::Scene& scene);
 /// Its part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
 run::Record explain_particles(const io::Scene& scene);
 
+/// Throws as check_output: for the start of a command, before it computes the result.  `inputs`: beside those of the
+/// scene.
+void check_result_file(const std::filesystem::path& file, std::vector<std::filesystem::path> inputs,
+                       const io::Scene& scene, bool overwrite);
+
+/// Writes the archive of a result with its provenance; `what`: "stability", "boundary".  The file appears when it is
+/// complete.  Throws as check_result_file and files::write_archive.
+void write_result(const run::Result& result, const std::filesystem::path& file, const std::string& what,
+                  const io::Scene& scene, int threads, bool overwrite);
+
 /// The sections of scenes, with their keys.
 nlohmann::json schema_json(const std::vector<io::SectionDescription>& sections);
 

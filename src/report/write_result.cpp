@@ -1,5 +1,5 @@
 // report/write_result.cpp: a result as an archive.
-#include "report/write_result.hpp"
+#include "report/shown.hpp"
 
 #include "run/loop/provenance.hpp"
 #include "run/loop/scene_support.hpp"

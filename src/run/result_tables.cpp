@@ -1,8 +1,11 @@
 // run/result_tables.cpp: a result as the tables of an archive: nested lists become arrays.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <numeric>
 
+#include "base/mapped.hpp"
 #include "run/result.hpp"
 
 namespace drover::run {
@@ -71,15 +74,6 @@ struct Flattened {
     std::size_t rows = 0;
 };
 
-/// Appends one row: `row` has the same columns every time.
-void append_row(const std::vector<Column>& row, Flattened& to) {
-    if (to.rows++ == 0) {
-        to.columns = row;
-        return;
-    }
-    for (std::size_t c = 0; c < row.size(); ++c) to.columns[c].values.push_back(row[c].values.front());
-}
-
 using Counters = std::map<std::string, double>;
 
 void flatten(const List& list, std::vector<const List*> path, std::vector<Column> outer, Counters& counters,
@@ -97,7 +91,10 @@ void flatten(const List& list, std::vector<const List*> path, std::vector<Column
         if (row.lists.empty()) {
             Flattened& table = found[list.name];
             table.path = path;
-            append_row(columns, table);
+            if (table.rows++ == 0) table.columns = columns;  // the same in every row
+            else
+                for (std::size_t c = 0; c < columns.size(); ++c)
+                    table.columns[c].values.push_back(columns[c].values.front());
         }
         for (const List& inner : row.lists)
             if (inner.shown.archive) flatten(inner, path, columns, counters, found);
@@ -114,7 +111,7 @@ void add_array(const std::string& name, const Entry& entry, std::vector<std::str
 void add_long_table(const Flattened& flat, files::ResultTable& table) {
     const List& inner = *flat.path.back();
     std::vector<double> index(flat.rows);
-    for (std::size_t i = 0; i < flat.rows; ++i) index[i] = static_cast<double>(i);
+    std::iota(index.begin(), index.end(), 0.0);
     table.axes.push_back({inner.row, "1", inner.meaning, index});
     for (const Column& column : flat.columns)
         add_array(inner.prefix + column.name, column.entry, {inner.row}, column.values, table);
@@ -126,9 +123,8 @@ bool is_coordinate(const Column& column, const Flattened& flat) {
 
 /// Arrays over the coordinates of all lists, which must be the same in every row of the list around them.
 void add_grid(const Flattened& flat, files::ResultTable& table) {
-    std::vector<std::size_t> sizes, strides;
-    for (std::size_t depth = 0; depth < flat.path.size(); ++depth) sizes.push_back(flat.path[depth]->rows.size());
-    strides.assign(sizes.size(), 1);
+    const std::vector<std::size_t> sizes = mapped(flat.path, [](const List* one) { return one->rows.size(); });
+    std::vector<std::size_t> strides(sizes.size(), 1);
     for (std::size_t depth = sizes.size() - 1; depth-- > 0;) strides[depth] = strides[depth + 1] * sizes[depth + 1];
     std::vector<std::string> axes;
     for (const Column& column : flat.columns)
@@ -150,26 +146,18 @@ void add_grid(const Flattened& flat, files::ResultTable& table) {
 
 using Tables = std::map<std::string, files::ResultTable>;
 
-void append(const files::ResultTable& from, files::ResultTable& to) {
-    to.axes.insert(to.axes.end(), from.axes.begin(), from.axes.end());
-    to.quantities.insert(to.quantities.end(), from.quantities.begin(), from.quantities.end());
-    to.values.insert(to.values.end(), from.values.begin(), from.values.end());
-}
-
-std::string group_of(const Record& record, const std::string& around) {
-    return record.group.empty() ? around : record.group;
-}
-
 void add_list(const List& list, const std::string& group, Tables& tables);
 
 void add_record(const Record& record, const std::string& around, Tables& tables) {
-    const std::string group = group_of(record, around);
+    const std::string group = record.group.empty() ? around : record.group;
     std::vector<Column> columns;
     add_columns(record, "", 0, columns);
     if (!group.empty()) {
         files::ResultTable& table = tables[group];
         for (const Column& column : columns) add_array(column.name, column.entry, {}, column.values, table);
-        append(record.maps, table);
+        std::ranges::copy(record.maps.axes, std::back_inserter(table.axes));
+        std::ranges::copy(record.maps.quantities, std::back_inserter(table.quantities));
+        std::ranges::copy(record.maps.values, std::back_inserter(table.values));
     }
     for (const auto& [name, part] : record.parts)
         if (!part.group.empty()) add_record(part, group, tables);
@@ -194,9 +182,7 @@ void add_list(const List& list, const std::string& group, Tables& tables) {
         else add_long_table(flat, table);
     }
 }
-}  // namespace
 
-namespace {
 void rename(Record& record, const io::Units& units) {
     io::rename_units(record.entries, units);
     for (auto& [name, part] : record.parts) rename(part, units);
@@ -204,6 +190,19 @@ void rename(Record& record, const io::Units& units) {
         for (Record& row : list.rows) rename(row, units);
     io::rename_units(record.maps.axes, units);
     io::rename_units(record.maps.quantities, units);
+}
+
+void add_attributes(const Record& record, const std::string& before, std::vector<files::Attribute>& attributes) {
+    for (const Entry& entry : record.entries) {
+        const std::string name = name_in(before, entry.dataset.value_or(entry.name));
+        if (const auto* words = std::get_if<std::string>(&entry.value)) {
+            if (!words->empty()) attributes.emplace_back(name, *words);
+        } else if (is_stored(entry) && !std::holds_alternative<std::vector<double>>(entry.value)) {
+            if (const double value = stored_value(entry); std::isfinite(value)) attributes.emplace_back(name, value);
+        }
+    }
+    for (const auto& [name, part] : record.parts)
+        if (part.group.empty()) add_attributes(part, name_in(before, name), attributes);
 }
 }  // namespace
 
@@ -226,21 +225,6 @@ std::vector<files::ResultTable> result_tables(const Result& result) {
     }
     return list;
 }
-
-namespace {
-void add_attributes(const Record& record, const std::string& before, std::vector<files::Attribute>& attributes) {
-    for (const Entry& entry : record.entries) {
-        const std::string name = name_in(before, entry.dataset.value_or(entry.name));
-        if (const auto* words = std::get_if<std::string>(&entry.value)) {
-            if (!words->empty()) attributes.emplace_back(name, *words);
-        } else if (is_stored(entry) && !std::holds_alternative<std::vector<double>>(entry.value)) {
-            if (const double value = stored_value(entry); std::isfinite(value)) attributes.emplace_back(name, value);
-        }
-    }
-    for (const auto& [name, part] : record.parts)
-        if (part.group.empty()) add_attributes(part, name_in(before, name), attributes);
-}
-}  // namespace
 
 std::vector<files::Attribute> result_attributes(const Result& result) {
     std::vector<files::Attribute> attributes = result.attributes;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/mapped.hpp"
 #include "drover/base/text.hpp"
 #include "run/result.hpp"
 
@@ -30,9 +31,7 @@ std::string value_text(const Entry& entry) {
         std::string operator()(const std::string& value) const { return value; }
         std::string operator()(const std::vector<std::string>& values) const { return joined(values); }
         std::string operator()(const std::vector<double>& values) const {
-            std::vector<std::string> parts;
-            for (const double value : values) parts.push_back(number_text(value, digits));
-            return "(" + joined(parts) + ")";
+            return "(" + joined(mapped(values, [&](double value) { return number_text(value, digits); })) + ")";
         }
     } writer{entry.digits, entry.rounding};
     return std::visit(writer, entry.value);
@@ -151,26 +150,10 @@ void add_record(const Record& record, const std::string& indent, std::string& ou
     for (const List& list : record.lists) add_list(list, inner, out);
     for (const std::string& line : record.footer) out += inner + line + "\n";
 }
-}  // namespace
 
-std::string result_text(const Result& result) {
-    std::string out;
-    add_record(result.root, "", out);
-    return out;
-}
-
-nlohmann::json number_json(double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
-namespace {
 struct ValueJson {
     nlohmann::json operator()(double value) const { return number_json(value); }
-    nlohmann::json operator()(const std::vector<double>& values) const {
-        nlohmann::json result = nlohmann::json::array();
-        for (const double value : values) result.push_back(number_json(value));
-        return result;
-    }
+    nlohmann::json operator()(const std::vector<double>& values) const { return mapped(values, number_json); }
     template <class Value>
     nlohmann::json operator()(const Value& value) const {
         return value;
@@ -182,14 +165,20 @@ nlohmann::json record_json(const Record& record) {
     for (const Entry& entry : record.entries) result[entry.name] = std::visit(ValueJson{}, entry.value);
     for (const auto& [name, part] : record.parts)
         if (nlohmann::json inner = record_json(part); !inner.empty()) result[name] = std::move(inner);
-    for (const List& list : record.lists) {
-        nlohmann::json rows = nlohmann::json::array();
-        for (const Record& row : list.rows) rows.push_back(record_json(row));
-        result[list.name] = std::move(rows);
-    }
+    for (const List& list : record.lists) result[list.name] = mapped(list.rows, record_json);
     return result;
 }
 }  // namespace
+
+std::string result_text(const Result& result) {
+    std::string out;
+    add_record(result.root, "", out);
+    return out;
+}
+
+nlohmann::json number_json(double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
 
 nlohmann::json result_json(const Result& result) { return record_json(result.root); }
 

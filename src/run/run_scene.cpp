@@ -1,18 +1,21 @@
-// run/run_scene.cpp: start and restart of one run, and a run in memory.
+// run/run_scene.cpp: start and restart of one run, a run in memory, and the time that a run takes.
 #include "run/run_scene.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cfenv>
+#include <cmath>
+#include <functional>
 #include <utility>
 
+#include "base/clock.hpp"
 #include "base/log.hpp"
+#include "base/mapped.hpp"
 #include "base/memory.hpp"
 #include "files/checkpoint.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
 #include "run/fields/field_problem.hpp"
-#include "run/fields/field_simulation.hpp"
 #include "run/loop/provenance.hpp"
 #include "run/loop/same_run.hpp"
 #include "run/loop/scene_support.hpp"
@@ -24,9 +27,7 @@ namespace drover::run {
 
 namespace {
 std::vector<files::Recording> recordings_of(const Simulation& simulation) {
-    std::vector<files::Recording> recordings;
-    for (const ScheduledRecording& scheduled : simulation.recordings) recordings.push_back(scheduled.recording);
-    return recordings;
+    return mapped(simulation.recordings, &ScheduledRecording::recording);
 }
 
 Needs needs_for(const io::Scene& scene, const RunBytes& bytes) {
@@ -104,49 +105,7 @@ io::Scene changed_scene(const std::string& stored, const std::filesystem::path& 
                        simulation_type_of(io::parse_scene(stored, name, {}, options.functions)).start);
     return io::parse_scene(stored, name, overrides, options.functions);
 }
-}  // namespace
 
-std::filesystem::path archive_path(const io::Scene& scene) {
-    if (!scene.output.file.empty()) return scene.output.file;
-    return std::filesystem::path(scene.file).stem().concat(".h5");
-}
-
-Needs needs_of(const io::Scene& given) {
-    const io::Scene scene = io::with_step(given);
-    return needs_for(scene, simulation_type_of(scene).bytes(scene));
-}
-
-std::optional<std::string> disk_warning(const Needs& needs) {
-    if (needs.disk_bytes <= needs.disk_free) return std::nullopt;
-    return text(
-        "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
-        "disk or less often",
-        bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
-}
-
-void check_memory(const io::Scene& scene) {
-    const Needs needs = needs_of(scene);
-    const SimulationType& kind = simulation_type_of(scene);
-    if (needs.memory_bytes > needs.memory_free)
-        throw Error(Fault::unavailable, io::locate(scene, kind.size_key),
-                    text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
-                         bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
-                         io::has_grid(scene.kind) ? "grid" : "cell"));
-}
-
-void check_needs(const io::Scene& scene, const RunOptions& options) {
-    check_memory(scene);
-    check_result_names(scene);
-    const std::filesystem::path path = archive_path(scene);
-    check_output({.path = path,
-                  .where = io::locate(scene, "output.file"),
-                  .name = text("output.file = \"{}\"", path.string()),
-                  .overwrite = options.overwrite},
-                 inputs_of(scene));
-    files::require_checkpoint_names(path, io::locate(scene, "output.file"));
-}
-
-namespace {
 /// From step `first`, at which the simulation is, in its archive.  Stops at the signals, which it releases at the end.
 RunOutcome run_and_finish(const io::Scene& scene, Simulation& simulation, std::int64_t first, files::Archive& archive,
                           const std::string& run_id, std::optional<StopSignals>& signals, const RunOptions& options) {
@@ -182,25 +141,7 @@ RunOutcome run_from_start(const io::Scene& scene, const RunOptions& options) {
         throw;
     }
 }
-}  // namespace
 
-RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
-    check_needs(given, options);
-    const io::Scene scene = [&] {
-        const StopSignals signals;
-        return with_chosen_step(given, options.quiet);
-    }();
-    RunOptions attempt = options;
-    return with_halved_steps(scene, options.quiet, [&](const io::Scene& halved) {
-        const RunOptions first = std::exchange(attempt, {.overwrite = true,
-                                                         .quiet = options.quiet,
-                                                         .rounds_up = options.rounds_up,
-                                                         .functions = options.functions});
-        return run_from_start(halved, first);
-    });
-}
-
-namespace {
 /// The scene of an archive that was created and holds at most the first rows: its run was killed before it had a
 /// checkpoint.
 std::optional<io::Scene> scene_not_begun(const std::filesystem::path& path, std::span<const std::string> overrides,
@@ -230,7 +171,132 @@ auto read_of_version(const std::string& program, const std::filesystem::path& pa
                "version, or run the scene again",
                program, this_program(), error.message());
 }
+
+/// Frames of fields, of which reports use none.
+bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
+
+void append_used(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
+    if (!is_unused(scheduled.recording)) append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
+}
+
+/// As run_loop().  False when a signal stopped it.
+bool run_to_end(Simulation& simulation, Arrays& arrays) {
+    const auto append_due = [&](std::int64_t step) {
+        for (const ScheduledRecording& scheduled : simulation.recordings)
+            if (is_due(scheduled, step)) append_used(simulation, scheduled, step, arrays);
+    };
+    simulation.check_health(0);
+    append_due(0);
+    for (std::int64_t step = 0; step < simulation.steps;) {
+        if (stop_signal() != 0) return false;
+        simulation.advance(step++);
+        if (is_checked(simulation, step)) simulation.check_health(step);
+        append_due(step);
+    }
+    for (const ScheduledRecording& scheduled : simulation.recordings)
+        if (!is_due(scheduled, simulation.steps)) append_used(simulation, scheduled, simulation.steps, arrays);
+    return true;
+}
+
+// ---- Timing
+
+constexpr double seconds_of_steps = 0.2;
+constexpr int max_steps = 50;
+
+double seconds_of(const std::function<void()>& action) {
+    const auto start = Clock::now();
+    action();
+    return seconds_since(start);
+}
+
+/// Rows of a recording in the whole run.
+double rows(const ScheduledRecording& recording, std::int64_t steps) {
+    return recording.every == 0 ? 2.0
+                                : 1.0 + std::floor(static_cast<double>(steps) / static_cast<double>(recording.every));
+}
 }  // namespace
+
+std::filesystem::path archive_path(const io::Scene& scene) {
+    if (!scene.output.file.empty()) return scene.output.file;
+    return std::filesystem::path(scene.file).stem().concat(".h5");
+}
+
+Needs needs_of(const io::Scene& given) {
+    const io::Scene scene = io::with_step(given);
+    return needs_for(scene, simulation_type_of(scene).bytes(scene));
+}
+
+std::optional<std::string> disk_warning(const Needs& needs) {
+    if (needs.disk_bytes <= needs.disk_free) return std::nullopt;
+    return text(
+        "the archive may need {}, but only {} are free: the run will stop when the disk is full; write to another "
+        "disk or less often",
+        bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
+}
+
+std::optional<ExpectedTime> expected_time(const io::Scene& scene) {
+    const SimulationType& kind = simulation_type_of(scene);
+    const auto [timed, larger] = kind.timed(scene);
+    try {
+        Threads threads(kind.threads(scene));
+        const std::unique_ptr<Simulation> made = kind.make(timed, threads, {});
+        Simulation& simulation = *made;
+        std::int64_t step = 0;
+        const auto advance = [&] { simulation.advance(step++); };
+        const auto last = std::min<std::int64_t>(simulation.steps, max_steps);
+        if (last > 1) advance();  // the first step touches all memory
+        std::vector<double> times;
+        double spent = 0.0;
+        while (times.empty() || (step < last && spent < seconds_of_steps)) {
+            times.push_back(seconds_of(advance));
+            spent += times.back();
+        }
+        std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2), times.end());
+        ExpectedTime result{.step = larger * times[times.size() / 2], .scaled = larger > 1.0};
+        result.total = result.step * static_cast<double>(simulation.steps);
+        for (const ScheduledRecording& recording : simulation.recordings)
+            result.total += larger * rows(recording, simulation.steps) * seconds_of([&] { recording.observe(); });
+        return result;
+    } catch (const Error&) {
+        return std::nullopt;  // the run itself reports the error
+    }
+}
+
+void check_memory(const io::Scene& scene) {
+    const Needs needs = needs_of(scene);
+    const SimulationType& kind = simulation_type_of(scene);
+    if (needs.memory_bytes > needs.memory_free)
+        throw Error(Fault::unavailable, io::locate(scene, kind.size_key),
+                    text("{} {} needs {} of memory, and {} are free; choose a smaller {}", kind.body, kind.size(scene),
+                         bytes_text(needs.memory_bytes), bytes_text(needs.memory_free),
+                         io::has_grid(scene.kind) ? "grid" : "cell"));
+}
+
+void check_needs(const io::Scene& scene, const RunOptions& options) {
+    check_memory(scene);
+    check_result_names(scene);
+    const std::filesystem::path path = archive_path(scene);
+    check_output({.path = path,
+                  .where = io::locate(scene, "output.file"),
+                  .name = text("output.file = \"{}\"", path.string()),
+                  .overwrite = options.overwrite},
+                 inputs_of(scene));
+    files::require_checkpoint_names(path, io::locate(scene, "output.file"));
+}
+
+RunOutcome run_scene(const io::Scene& given, const RunOptions& options) {
+    check_needs(given, options);
+    const io::Scene scene = [&] {
+        const StopSignals signals;
+        return with_chosen_step(given, options.quiet);
+    }();
+    RunOptions attempt = options;
+    return with_halved_steps(scene, options.quiet, [&](const io::Scene& halved) {
+        const RunOptions now = attempt;
+        attempt.overwrite = true;
+        return run_from_start(halved, now);
+    });
+}
 
 RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::string> overrides,
                        const RunOptions& options) {
@@ -270,34 +336,6 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
                                     checkpoint.time));
     return run_and_finish(scene, *made, checkpoint.step, archive, checkpoint.run_id, signals, options);
 }
-
-namespace {
-/// Frames of fields, of which reports use none.
-bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
-
-void append_used(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
-    if (!is_unused(scheduled.recording)) append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
-}
-
-/// As run_loop().  False when a signal stopped it.
-bool run_to_end(Simulation& simulation, Arrays& arrays) {
-    const auto append_due = [&](std::int64_t step) {
-        for (const ScheduledRecording& scheduled : simulation.recordings)
-            if (is_due(scheduled, step)) append_used(simulation, scheduled, step, arrays);
-    };
-    simulation.check_health(0);
-    append_due(0);
-    for (std::int64_t step = 0; step < simulation.steps;) {
-        if (stop_signal() != 0) return false;
-        simulation.advance(step++);
-        if (is_checked(simulation, step)) simulation.check_health(step);
-        append_due(step);
-    }
-    for (const ScheduledRecording& scheduled : simulation.recordings)
-        if (!is_due(scheduled, simulation.steps)) append_used(simulation, scheduled, simulation.steps, arrays);
-    return true;
-}
-}  // namespace
 
 std::optional<Report> run_in_memory(const io::Scene& given) {
     check_memory(given);

@@ -1,6 +1,7 @@
 // run/session.cpp: a run in memory and its samples, and the same for programs in C++.
 #include "drover/run/session.hpp"
 
+#include "base/mapped.hpp"
 #include "io/scene_text.hpp"
 #include "io/trajectory.hpp"
 #include "run/fields/field_problem.hpp"
@@ -101,21 +102,19 @@ std::vector<FrameArray> Session::frame() const {
 
 std::vector<ObservedSeries> Session::series() const {
     const files::Recording& recording = state_->observables();
-    std::vector<ObservedSeries> found;
-    for (const files::Quantity& quantity : recording.quantities)
-        found.push_back({quantity.name, quantity.unit, quantity.meaning, shape_of(recording.axes, quantity),
-                         state_->samples_of(quantity).values});
-    return found;
+    return mapped(recording.quantities, [&](const files::Quantity& quantity) {
+        return ObservedSeries{quantity.name, quantity.unit, quantity.meaning, shape_of(recording.axes, quantity),
+                              state_->samples_of(quantity).values};
+    });
 }
 
 std::vector<SessionResult> Session::results() const {
     const Report report = state_->report();
-    std::vector<SessionResult> rows;
-    for (const measure::SummaryRow& row : report.summary.rows) {
-        rows.push_back({row});
-        if (const Prediction* theory = find_prediction(report, row.name)) rows.back().theory = theory->values;
-    }
-    return rows;
+    return mapped(report.summary.rows, [&](const measure::SummaryRow& row) {
+        SessionResult result{row};
+        if (const Prediction* theory = measure::find_row(report.predictions, row.name)) result.theory = theory->values;
+        return result;
+    });
 }
 
 }  // namespace drover::run

@@ -24,12 +24,6 @@ double max_error_of(const io::Scene& scene) {
     return scene.time.max_error > 0.0 ? scene.time.max_error : default_max_error;
 }
 
-/// Of a method that records the errors of the parts of a step.
-bool has_error_estimate(const io::Scene& scene) {
-    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
-    return method.estimates_error && method.stages_with_tolerance > 0;
-}
-
 /// Points along an axis of a pilot, at least 32 where the run has them.
 int pilot_points(int points, int coarser) {
     for (; coarser > 1 && points % 2 == 0 && points >= 64; coarser /= 2) points /= 2;
@@ -57,7 +51,9 @@ io::Scene pilot_scene(const io::Scene& scene, int coarser) {
     pilot.output.frame_every = 0.0;
     pilot.output.powers = false;
     pilot.analysis.warm_up = -1.0;
-    if (!io::has_noise(scene) && scene.time.tolerance == 0.0 && has_error_estimate(scene))
+    const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
+    const bool records_errors = method.estimates_error && method.stages_with_tolerance > 0;  // of the parts of a step
+    if (!io::has_noise(scene) && scene.time.tolerance == 0.0 && records_errors)
         pilot.time.tolerance = largest_tolerance;
     return pilot;
 }

@@ -147,9 +147,7 @@ std::string cause_of(const Diagnosed& run, double tail) {
         term.empty() ? cause_of(run, tail_of(linear, last, {"", component, 1}))
                      : term + ": give it a finite value where the fields vanish");
 }
-}  // namespace
 
-namespace {
 /// Sizes in the model, or at the start if larger.
 void set_scales(const model::Equations& equations, const std::vector<double>& sizes, FieldHealth& health) {
     health.scales = sizes;

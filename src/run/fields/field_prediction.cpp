@@ -54,23 +54,6 @@ UniformState turned(const model::Model& model, UniformState state, double angle)
     return state;
 }
 
-/// Adds up the real parts of some structure factors over the directions; returns why there are none, if so.
-std::optional<std::string> add_directions(const model::Equations& equations, const UniformState& state,
-                                          const std::vector<Direction>& directions, const numerics::Grid& grid,
-                                          int degree, const std::vector<PartPair>& pairs, Threads& threads,
-                                          const theory::IsWanted& is_wanted, std::vector<std::vector<double>>& powers) {
-    powers.assign(pairs.size(), std::vector<double>(numerics::modes(grid), 0.0));
-    for (const Direction& direction : directions) {
-        const model::LinearisedAt at(equations, turned(equations.model(), state, direction.angle));
-        const theory::StructureFactors one = theory::structure_factors(at, grid, degree, threads, is_wanted);
-        if (!one.why_none.empty()) return one.why_none;
-        for (std::size_t k = 0; k < pairs.size(); ++k)
-            for (std::size_t m = 0; m < powers[k].size(); ++m)
-                powers[k][m] += direction.share * one.at(m, pairs[k].first, pairs[k].second).real();
-    }
-    return std::nullopt;
-}
-
 /// The name and the values of a state for people; of rods and beads the sizes alone, since the scene has the densities.
 std::string words_of(const io::Scene& scene, const model::Model& model, const theory::StationaryState& state) {
     const UniformState& values = state.values;
@@ -167,11 +150,18 @@ FieldPrediction predicted_fields(const io::Scene& scene, const model::Equations&
     const bool turns = state.has_free_direction && !state.is_isotropic && !samples.empty();
     const std::vector<Direction> directions = turns ? directions_of(equations.model(), state.values, samples)
                                                     : std::vector<Direction>{{.angle = 0.0, .share = 1.0}};
-    const auto none = add_directions(equations, state.values, directions, scene.grid, degree, pairs, threads, is_wanted,
-                                     result.powers);
-    if (none)
-        return {.about_order = result.about_order,
-                .why_none = text("the linear theory about {} has none: {}; see drover stability", result.about, *none)};
+    result.powers.assign(pairs.size(), std::vector<double>(numerics::modes(scene.grid), 0.0));
+    for (const Direction& direction : directions) {
+        const model::LinearisedAt at(equations, turned(equations.model(), state.values, direction.angle));
+        const theory::StructureFactors one = theory::structure_factors(at, scene.grid, degree, threads, is_wanted);
+        if (!one.why_none.empty())
+            return {.about_order = result.about_order,
+                    .why_none = text("the linear theory about {} has none: {}; see drover stability", result.about,
+                                     one.why_none)};
+        for (std::size_t k = 0; k < pairs.size(); ++k)
+            for (std::size_t m = 0; m < result.powers[k].size(); ++m)
+                result.powers[k][m] += direction.share * one.at(m, pairs[k].first, pairs[k].second).real();
+    }
     return result;
 }
 

@@ -14,9 +14,9 @@ namespace drover::run {
 
 namespace {
 std::vector<files::Quantity> quantities(const std::vector<model::StateComponent>& components) {
-    std::vector<files::Quantity> result;
-    for (const model::StateComponent& one : components) result.push_back({one.name, one.unit, one.meaning, {"y", "x"}});
-    return result;
+    return mapped(components, [](const model::StateComponent& one) {
+        return files::Quantity{one.name, one.unit, one.meaning, {"y", "x"}};
+    });
 }
 }  // namespace
 
@@ -73,9 +73,9 @@ void check_result_names(const io::Scene& scene) {
     small.nx = std::min(small.nx, 8);
     small.ny = std::min(small.ny, 8);
     const measure::FieldSetting setting = measure::make_field_setting(equations, small, 1);
-    std::vector<measure::RecordedSeries> series;
-    for (const auto& row : measure::field_observables(setting))
-        series.push_back(measure::recorded_series(row, std::vector<double>(measure::size_of(row.axes))));
+    const auto series = mapped(measure::field_observables(setting), [](const auto& row) {
+        return measure::recorded_series(row, std::vector<double>(measure::size_of(row.axes)));
+    });
     std::vector<std::string> names;
     for (const measure::SummaryRow& row : measure::summarise(measure::field_recording(setting, series)).rows)
         for (const char* ending : measure::result_endings) names.push_back(row.name + ending);

@@ -21,46 +21,6 @@ namespace drover::run {
 namespace {
 using numerics::Complex;
 
-class FieldSimulation final : public Simulation {
-public:
-    /// resumed: its state is that of a checkpoint, which restore() brings.
-    FieldSimulation(const io::Scene& the_scene, Threads& threads, bool resumed);
-
-    void advance(std::int64_t step) override;
-    void check_health(std::int64_t step) override;
-    std::vector<double> save() const override;
-    void restore(std::span<const double> values) override;
-    void accept(std::int64_t step) override;
-    std::string describe() const override;
-    numerics::StepCount count() const override { return evolution_.stepper().count(); }
-    std::optional<double> step_error() const override { return evolution_.step_error().error; }
-
-    const numerics::Spectra& state() const { return state_; }
-
-private:
-    numerics::Spectra first_state(Threads& threads, bool resumed) const;
-    ScheduledRecording frames();
-    ScheduledRecording samples();
-    void to_grid();
-    void check_step_error(std::int64_t step);
-    Diagnosed diagnosed() { return {.scene = scene_, .problem = problem_, .evolution = evolution_}; }
-
-    io::Scene scene_;
-    FieldProblem problem_;
-    model::FieldEvolution evolution_;
-    numerics::Transform transform_;
-    SharedObserver observer_;
-    numerics::Spectra state_;
-    numerics::Fields fields_, balanced_;  // on the grid, in arrays that keep their places: they are lent out
-    FieldHealth health_;
-    double time_ = 0.0;
-    std::optional<std::int64_t> too_large_since_;  // step from which on the error is larger than that of a chosen step
-    std::vector<double> fresh_;                    // saved by the evolution before any step
-    std::optional<StepBias> bias_;                 // none: not measured
-};
-
-RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem);
-
 bool makes_step_error(const FieldProblem& problem) { return problem.integrated.equations.has_explicit_part(); }
 
 numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& problem) {
@@ -68,56 +28,6 @@ numerics::StepWork work_of_run(const io::Scene& scene, const FieldProblem& probl
     const double samples = scene.output.sample_every > 0.0 ? scene.time.dt / scene.output.sample_every : 0.0;
     work.observing = samples * numerics::work_of_observing(scene.grid, static_cast<int>(problem.components.size()));
     return work;
-}
-
-FieldSimulation::FieldSimulation(const io::Scene& the_scene, Threads& threads, bool resumed)
-    : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), threads.count()),
-      scene_(the_scene),
-      problem_(field_problem(scene_)),
-      evolution_(problem_.integrated, scene_.grid,
-                 {.method = scene_.time.stepper,
-                  .dt = scene_.time.dt,
-                  .tolerance = scene_.time.tolerance,
-                  .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
-                  .effort = effort_of_step_error(scene_),
-                  .work = work_of_run(scene_, problem_),
-                  .steps = steps},
-                 static_cast<std::uint64_t>(scene_.run.seed), threads),
-      transform_(scene_.grid, evolution_.linear().degree, threads),
-      observer_(field_observer(scene_, problem_.integrated, threads)),
-      state_(first_state(threads, resumed)),
-      fields_(scene_.grid, state_.count()),
-      balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
-    bytes = bytes_of(scene_, problem_);
-    health_ = make_field_health(problem_, evolution_.linear(), state_);
-    evolution_.start(state_);
-    fresh_ = evolution_.save();
-    if (step_bias_state(scene_) == StepBiasState::measured && makes_step_error(problem_))
-        bias_.emplace(BiasedRun{.scene = scene_,
-                                .problem = problem_,
-                                .evolution = evolution_,
-                                .transform = transform_,
-                                .observer = observer_,
-                                .threads = threads});
-    recordings.push_back(frames());
-    if (bias_) recordings.push_back(bias_->recording(state_));
-    recordings.push_back(samples());
-}
-
-numerics::Spectra FieldSimulation::first_state(Threads& threads, bool resumed) const {
-    if (scene_.initial.kind != model::StartKind::file)
-        return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
-                                    static_cast<std::uint64_t>(scene_.run.seed), threads);
-    numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
-    if (resumed) return spectra;  // the file of the start may be gone
-    transform_.forward(frame_of_file(scene_, problem_.components, evolution_.linear().degree), spectra);
-    model::remove_divergence(problem_.integrated.equations, scene_.grid, spectra);
-    return spectra;
-}
-
-void FieldSimulation::to_grid() {
-    transform_.backward(state_, fields_);
-    find_balanced(evolution_, time_, state_, balanced_);
 }
 
 files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& grid) {
@@ -129,57 +39,7 @@ files::Recording frames_of(const FieldProblem& problem, const numerics::Grid& gr
     recording.quantities.insert(recording.quantities.end(), problem.balanced.begin(), problem.balanced.end());
     return recording;
 }
-}  // namespace
 
-files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
-
-io::Scene start_alone(const io::Scene& scene) {
-    io::Scene start = io::with_step(scene);
-    start.time.stepper = io::TimeControl{}.stepper;
-    start.time.tolerance = start.time.max_error = 0.0;
-    start.output.powers = false;
-    start.accuracy.effort = 0.0;
-    return start;
-}
-
-numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
-    return FieldSimulation(start_alone(scene), threads, false).state();
-}
-
-void check_field_start(const io::Scene& scene) {
-    if (scene.initial.kind != model::StartKind::file) return;
-    const FieldProblem problem = field_problem(scene);
-    const model::Integrated& what = problem.integrated;
-    frame_of_file(scene, problem.components, what.equations.linear_system(scene.grid, what.kept_degree).degree);
-}
-
-int choose_threads(const io::Scene& scene) {
-    if (scene.run.threads > 0) return scene.run.threads;
-    // With less work per thread, waking a thread costs more than it saves.
-    constexpr std::size_t points_per_thread = 16384;
-    const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
-    return std::clamp(useful, 1, usable_cores());
-}
-
-std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
-
-TimedScene timed_fields(const io::Scene& scene) {
-    constexpr double max_points = 256.0 * 256.0;
-    const auto work = [](const numerics::Grid& grid) {
-        const auto points = static_cast<double>(numerics::points(grid));
-        return points * std::log2(points);
-    };
-    io::Scene timed = scene;
-    if (timed.initial.kind != model::StartKind::formula) timed.initial = io::default_start(timed.kind);
-    while (static_cast<double>(numerics::points(timed.grid)) > max_points && timed.grid.nx % 4 == 0 &&
-           timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
-        timed.grid.nx /= 2;
-        timed.grid.ny /= 2;
-    }
-    return {timed, work(scene.grid) / work(timed.grid)};
-}
-
-namespace {
 /// Of the steppers of a method: so many, or of our own methods twice as many with a tolerance.
 double steppers_bytes(const numerics::System& system, const io::TimeControl& time, int count) {
     if (const numerics::TimeMethod& method = numerics::time_method(time.stepper); !method.is_exponential)
@@ -231,32 +91,6 @@ RunBytes bytes_of(const io::Scene& scene, const FieldProblem& problem) {
                           (5.0 * count + count) * spectra + 3.0 * count * reals + 3.0 * reals;
     return {.memory = memory, .disk = disk_bytes(scene, problem)};
 }
-}  // namespace
-
-RunBytes field_bytes(const io::Scene& scene) { return bytes_of(scene, field_problem(scene)); }
-
-namespace {
-ScheduledRecording FieldSimulation::frames() {
-    return {frames_of(problem_, scene_.grid), io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every),
-            [this] {
-                to_grid();
-                std::vector<std::span<const double>> arrays;
-                for (const numerics::Fields* fields : {&std::as_const(fields_), &std::as_const(balanced_)})
-                    for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
-                return arrays;
-            }};
-}
-
-ScheduledRecording FieldSimulation::samples() {
-    return sample_recording(scene_, field_samples_group, observer_->axes(), observer_->quantities(), [this] {
-        to_grid();
-        return observer_->measure({.time = time_,
-                                   .spectra = state_,
-                                   .fields = fields_,
-                                   .balanced = balanced_,
-                                   .step_error = evolution_.step_error().error});
-    });
-}
 
 /// Throws StepTooLong where the step was chosen for the error of the fields, `error` after `step` steps.
 void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relative& error, std::int64_t step) {
@@ -295,89 +129,17 @@ void blame_chosen_step(const io::Scene& scene, Work work) {
     }
 }
 
-void FieldSimulation::advance(std::int64_t step) {
-    blame_chosen_step(scene_, [&] {
-        try {
-            evolution_.advance(step, state_);
-            if (bias_) bias_->advance(step + 1, state_);
-        } catch (const model::DomainFailure& error) {
-            fail_step(diagnosed(), health_, step, error);
-        }
-    });
-    time_ = static_cast<double>(step + 1) * dt;
-}
-
-void FieldSimulation::check_health(std::int64_t step) {
-    blame_chosen_step(scene_, [&] {
-        check_step_error(step);
-        check_field_health(diagnosed(), transform_, state_, step, health_);
-    });
-}
-
-/// A field that grows from nothing by large factors a step has a large error for a while: it is that of a small part of
-/// what it will be.
-void FieldSimulation::check_step_error(std::int64_t step) {
-    const numerics::StepError::Relative error = evolution_.step_error();
-    if (!(error.error > scene_.time.max_error)) too_large_since_.reset();
-    else if (!too_large_since_) too_large_since_ = step;
-    const std::int64_t a_while = steps / 64;
-    if (too_large_since_ && (step == steps || step >= *too_large_since_ + a_while))
-        check_chosen_step(scene_, error, step);
-}
-
-/// The choices of an adaptive stepper, for people; "" where its steps are fixed.
-std::string steps_text(const numerics::AdaptiveStepper& stepper, const io::Scene& scene) {
-    const numerics::StepCount& count = stepper.count();
-    if (count.right_hand_sides > 0)
-        return text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s", count.accepted,
-                    count.rejected, count.right_hand_sides, stepper.last_step());
-    if (scene.time.tolerance > 0.0)
-        return text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", count.accepted, count.rejected,
-                    stepper.last_step(), std::llround(scene.time.dt / stepper.last_step()));
-    return "";
-}
-
-std::string FieldSimulation::describe() const {
-    std::string words = steps_text(evolution_.stepper(), scene_);
-    if (const auto changes = evolution_.reference_changes(); changes > 0)
-        words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
-                      changes == 1 ? "" : "s");
-    return words;
-}
-
 /// Throws an input Error, for fields that were not taken as the state, at the first value that is not finite.
-void require_finite(const numerics::Fields& fields, const std::vector<std::string>& names, const numerics::Grid& grid) {
+void require_finite(const numerics::Fields& fields, const std::vector<files::Quantity>& components,
+                    const numerics::Grid& grid) {
     for (int c = 0; c < fields.count(); ++c) {
         const std::span<const double> values = fields[c];
         const auto found = std::ranges::find_if(values, [](double value) { return !std::isfinite(value); });
         require(found == values.end(), {},
                 "{} is {} in cell ({}, {}); expected finite values: the fields were not changed",
-                names[static_cast<std::size_t>(c)], found == values.end() ? 0.0 : *found,
+                components[static_cast<std::size_t>(c)].name, found == values.end() ? 0.0 : *found,
                 (found - values.begin()) % grid.nx, (found - values.begin()) / grid.nx);
     }
-}
-
-/// Other fields start another run: without the history of the stepper and the error so far.
-void FieldSimulation::accept(std::int64_t step) {
-    std::vector<std::string> names;
-    for (const files::Quantity& one : problem_.components) names.push_back(one.name);
-    require_finite(fields_, names, scene_.grid);
-    transform_.forward(fields_, state_);
-    model::remove_divergence(problem_.integrated.equations, scene_.grid, state_);
-    evolution_.restore(fresh_);
-    evolution_.start(state_);
-    health_ = make_field_health(problem_, evolution_.linear(), state_);
-    restore_field_health(evolution_.linear(), state_, step, health_);
-}
-
-std::vector<double> numbers_of_run(std::vector<double> stepper, double time, const numerics::Spectra& state,
-                                   const std::vector<double>& bias) {
-    std::vector<double> all = std::move(stepper);
-    all.push_back(time);
-    append_numbers(state, all);
-    all.insert(all.end(), bias.begin(), bias.end());
-    all.push_back(static_cast<double>(bias.size()));
-    return all;
 }
 
 /// The parts of the numbers of a checkpoint: those of the stepper, the time, the state, the step bias and their number.
@@ -403,19 +165,230 @@ SavedRun saved_run(std::span<const double> all, std::size_t state_numbers) {
             .time = values[before - 1]};
 }
 
-std::vector<double> FieldSimulation::save() const {
-    return numbers_of_run(evolution_.save(), time_, state_, bias_ ? bias_->save() : std::vector<double>{});
+class FieldSimulation final : public Simulation {
+public:
+    /// resumed: its state is that of a checkpoint, which restore() brings.
+    FieldSimulation(const io::Scene& the_scene, Threads& threads, bool resumed)
+        : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), threads.count()),
+          scene_(the_scene),
+          problem_(field_problem(scene_)),
+          evolution_(problem_.integrated, scene_.grid,
+                     {.method = scene_.time.stepper,
+                      .dt = scene_.time.dt,
+                      .tolerance = scene_.time.tolerance,
+                      .watches_error = scene_.time.max_error > 0.0 && makes_step_error(problem_),
+                      .effort = effort_of_step_error(scene_),
+                      .work = work_of_run(scene_, problem_),
+                      .steps = steps},
+                     static_cast<std::uint64_t>(scene_.run.seed), threads),
+          transform_(scene_.grid, evolution_.linear().degree, threads),
+          observer_(field_observer(scene_, problem_.integrated, threads)),
+          state_(first_state(threads, resumed)),
+          fields_(scene_.grid, state_.count()),
+          balanced_(scene_.grid, static_cast<int>(problem_.balanced.size())) {
+        bytes = bytes_of(scene_, problem_);
+        health_ = make_field_health(problem_, evolution_.linear(), state_);
+        evolution_.start(state_);
+        fresh_ = evolution_.save();
+        if (step_bias_state(scene_) == StepBiasState::measured && makes_step_error(problem_))
+            bias_.emplace(BiasedRun{.scene = scene_,
+                                    .problem = problem_,
+                                    .evolution = evolution_,
+                                    .transform = transform_,
+                                    .observer = observer_,
+                                    .threads = threads});
+        recordings.push_back(frames());
+        if (bias_) recordings.push_back(bias_->recording(state_));
+        recordings.push_back(samples());
+    }
+
+    void advance(std::int64_t step) override {
+        blame_chosen_step(scene_, [&] {
+            try {
+                evolution_.advance(step, state_);
+                if (bias_) bias_->advance(step + 1, state_);
+            } catch (const model::DomainFailure& error) {
+                fail_step(diagnosed(), health_, step, error);
+            }
+        });
+        time_ = static_cast<double>(step + 1) * dt;
+    }
+
+    void check_health(std::int64_t step) override {
+        blame_chosen_step(scene_, [&] {
+            check_step_error(step);
+            check_field_health(diagnosed(), transform_, state_, step, health_);
+        });
+    }
+
+    std::vector<double> save() const override {
+        std::vector<double> all = evolution_.save();
+        all.push_back(time_);
+        append_numbers(state_, all);
+        const std::vector<double> bias = bias_ ? bias_->save() : std::vector<double>{};
+        all.insert(all.end(), bias.begin(), bias.end());
+        all.push_back(static_cast<double>(bias.size()));
+        return all;
+    }
+
+    void restore(std::span<const double> all) override {
+        const SavedRun saved = saved_run(all, 2 * state_.values.size());
+        evolution_.restore(saved.stepper);
+        time_ = saved.time;
+        take_numbers(saved.state, state_);
+        restore_field_health(evolution_.linear(), state_, std::llround(time_ / dt), health_);
+        if (bias_) bias_->restore(saved.bias);
+    }
+
+    /// Other fields start another run: without the history of the stepper and the error so far.
+    void accept(std::int64_t step) override {
+        require_finite(fields_, problem_.components, scene_.grid);
+        transform_.forward(fields_, state_);
+        model::remove_divergence(problem_.integrated.equations, scene_.grid, state_);
+        evolution_.restore(fresh_);
+        evolution_.start(state_);
+        health_ = make_field_health(problem_, evolution_.linear(), state_);
+        restore_field_health(evolution_.linear(), state_, step, health_);
+    }
+
+    /// The choices of an adaptive stepper, and changes of the reference.
+    std::string describe() const override {
+        const numerics::StepCount steps_taken = count();
+        const double last = evolution_.stepper().last_step();
+        std::string words;
+        if (steps_taken.right_hand_sides > 0)
+            words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s",
+                         steps_taken.accepted, steps_taken.rejected, steps_taken.right_hand_sides, last);
+        else if (scene_.time.tolerance > 0.0)
+            words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", steps_taken.accepted,
+                         steps_taken.rejected, last, std::llround(scene_.time.dt / last));
+        if (const auto changes = evolution_.reference_changes(); changes > 0)
+            words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
+                          changes == 1 ? "" : "s");
+        return words;
+    }
+
+    numerics::StepCount count() const override { return evolution_.stepper().count(); }
+    std::optional<double> step_error() const override { return evolution_.step_error().error; }
+
+    const numerics::Spectra& state() const { return state_; }
+
+private:
+    numerics::Spectra first_state(Threads& threads, bool resumed) const {
+        if (scene_.initial.kind != model::StartKind::file)
+            return model::start_spectra(scene_.initial, problem_.integrated.equations, evolution_.linear(),
+                                        static_cast<std::uint64_t>(scene_.run.seed), threads);
+        numerics::Spectra spectra(scene_.grid, static_cast<int>(problem_.components.size()));
+        if (resumed) return spectra;  // the file of the start may be gone
+        transform_.forward(frame_of_file(scene_, problem_.components, evolution_.linear().degree), spectra);
+        model::remove_divergence(problem_.integrated.equations, scene_.grid, spectra);
+        return spectra;
+    }
+
+    ScheduledRecording frames() {
+        return {frames_of(problem_, scene_.grid),
+                io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every), [this] {
+                    to_grid();
+                    std::vector<std::span<const double>> arrays;
+                    for (const numerics::Fields* fields : {&std::as_const(fields_), &std::as_const(balanced_)})
+                        for (int c = 0; c < fields->count(); ++c) arrays.push_back((*fields)[c]);
+                    return arrays;
+                }};
+    }
+
+    ScheduledRecording samples() {
+        return sample_recording(scene_, field_samples_group, observer_->axes(), observer_->quantities(), [this] {
+            to_grid();
+            return observer_->measure({.time = time_,
+                                       .spectra = state_,
+                                       .fields = fields_,
+                                       .balanced = balanced_,
+                                       .step_error = evolution_.step_error().error});
+        });
+    }
+
+    void to_grid() {
+        transform_.backward(state_, fields_);
+        find_balanced(evolution_, time_, state_, balanced_);
+    }
+
+    /// A field that grows from nothing by large factors a step has a large error for a while: it is that of a small
+    /// part of what it will be.
+    void check_step_error(std::int64_t step) {
+        const numerics::StepError::Relative error = evolution_.step_error();
+        if (!(error.error > scene_.time.max_error)) too_large_since_.reset();
+        else if (!too_large_since_) too_large_since_ = step;
+        const std::int64_t a_while = steps / 64;
+        if (too_large_since_ && (step == steps || step >= *too_large_since_ + a_while))
+            check_chosen_step(scene_, error, step);
+    }
+
+    Diagnosed diagnosed() { return {.scene = scene_, .problem = problem_, .evolution = evolution_}; }
+
+    io::Scene scene_;
+    FieldProblem problem_;
+    model::FieldEvolution evolution_;
+    numerics::Transform transform_;
+    SharedObserver observer_;
+    numerics::Spectra state_;
+    numerics::Fields fields_, balanced_;  // on the grid, in arrays that keep their places: they are lent out
+    FieldHealth health_;
+    double time_ = 0.0;
+    std::optional<std::int64_t> too_large_since_;  // step from which on the error is larger than that of a chosen step
+    std::vector<double> fresh_;                    // saved by the evolution before any step
+    std::optional<StepBias> bias_;                 // none: not measured
+};
+}  // namespace
+
+files::Recording frame_recording(const io::Scene& scene) { return frames_of(field_problem(scene), scene.grid); }
+
+io::Scene start_alone(const io::Scene& scene) {
+    io::Scene start = io::with_step(scene);
+    start.time.stepper = io::TimeControl{}.stepper;
+    start.time.tolerance = start.time.max_error = 0.0;
+    start.output.powers = false;
+    start.accuracy.effort = 0.0;
+    return start;
 }
 
-void FieldSimulation::restore(std::span<const double> all) {
-    const SavedRun saved = saved_run(all, 2 * state_.values.size());
-    evolution_.restore(saved.stepper);
-    time_ = saved.time;
-    take_numbers(saved.state, state_);
-    restore_field_health(evolution_.linear(), state_, std::llround(time_ / dt), health_);
-    if (bias_) bias_->restore(saved.bias);
+numerics::Spectra initial_fields(const io::Scene& scene, Threads& threads) {
+    return FieldSimulation(start_alone(scene), threads, false).state();
 }
-}  // namespace
+
+void check_field_start(const io::Scene& scene) {
+    if (scene.initial.kind != model::StartKind::file) return;
+    const FieldProblem problem = field_problem(scene);
+    const model::Integrated& what = problem.integrated;
+    frame_of_file(scene, problem.components, what.equations.linear_system(scene.grid, what.kept_degree).degree);
+}
+
+int choose_threads(const io::Scene& scene) {
+    if (scene.run.threads > 0) return scene.run.threads;
+    // With less work per thread, waking a thread costs more than it saves.
+    constexpr std::size_t points_per_thread = 16384;
+    const auto useful = static_cast<int>(std::min<std::size_t>(numerics::points(scene.grid) / points_per_thread, 64));
+    return std::clamp(useful, 1, usable_cores());
+}
+
+std::string field_size(const io::Scene& scene) { return text("{} by {} points", scene.grid.nx, scene.grid.ny); }
+
+TimedScene timed_fields(const io::Scene& scene) {
+    constexpr double max_points = 256.0 * 256.0;
+    const auto work = [](const numerics::Grid& grid) {
+        const auto points = static_cast<double>(numerics::points(grid));
+        return points * std::log2(points);
+    };
+    io::Scene timed = scene;
+    if (timed.initial.kind != model::StartKind::formula) timed.initial = io::default_start(timed.kind);
+    while (static_cast<double>(numerics::points(timed.grid)) > max_points && timed.grid.nx % 4 == 0 &&
+           timed.grid.ny % 4 == 0 && std::min(timed.grid.nx, timed.grid.ny) > 8) {
+        timed.grid.nx /= 2;
+        timed.grid.ny /= 2;
+    }
+    return {timed, work(scene.grid) / work(timed.grid)};
+}
+
+RunBytes field_bytes(const io::Scene& scene) { return bytes_of(scene, field_problem(scene)); }
 
 std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
                                                   std::span<const double> saved) {

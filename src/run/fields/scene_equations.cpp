@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/mapped.hpp"
 #include "calibrate/counterterm.hpp"
 #include "calibrate/slow_order.hpp"
 #include "model/energy.hpp"
@@ -20,6 +21,24 @@ model::Integrated whole_equations_of(const io::Scene& scene) {
     if (scene.kind != io::SceneKind::model) return physics::integrated(scene.model, scene.dealiasing);
     const model::Equations equations(io::model_of(scene.declared));
     return {.equations = equations, .kept_degree = io::kept_degree(scene, equations)};
+}
+
+/// Of a model of one's own, with the conserved means of its start.
+theory::StationaryStates own_states(const io::Scene& scene, const model::Equations& equations) {
+    return theory::stationary_states(equations, conserved_start(scene, equations));
+}
+
+/// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
+theory::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
+    std::optional<theory::StationaryStates> few;
+    if (keyed.model.text_terms.empty()) few = theory::states_of_cubic_order(keyed.theory(), equations.reference());
+    theory::StationaryStates found = few ? *std::move(few) : theory::stationary_states(equations);
+    if (found.why_no_order.empty()) return found;
+    if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
+        found.why_no_order = why;
+        if (found.states.empty()) found.why_none = why;
+    }
+    return found;
 }
 }  // namespace
 
@@ -93,26 +112,6 @@ model::UniformState conserved_start(const io::Scene& scene, const model::Equatio
     return with_conserved_means(equations, model::means_of_start(scene.initial, equations, scene.grid));
 }
 
-namespace {
-/// Of a model of one's own, with the conserved means of its start.
-theory::StationaryStates own_states(const io::Scene& scene, const model::Equations& equations) {
-    return theory::stationary_states(equations, conserved_start(scene, equations));
-}
-
-/// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
-theory::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
-    std::optional<theory::StationaryStates> few;
-    if (keyed.model.text_terms.empty()) few = theory::states_of_cubic_order(keyed.theory(), equations.reference());
-    theory::StationaryStates found = few ? *std::move(few) : theory::stationary_states(equations);
-    if (found.why_no_order.empty()) return found;
-    if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
-        found.why_no_order = why;
-        if (found.states.empty()) found.why_none = why;
-    }
-    return found;
-}
-}  // namespace
-
 theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
     if (scene.kind == io::SceneKind::model) return own_states(scene, equations);
     return keyed_states(physics::Equations(scene.model), equations);
@@ -129,8 +128,7 @@ theory::StationaryStates stationary_states_of(const io::Scene& scene, const mode
 std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,
                            const SourceLocation& where) {
     const std::string section = own_section, name = key.starts_with(section) ? key.substr(section.size()) : key;
-    std::vector<std::string> names;
-    for (const auto& [known, value] : scene.declared.coefficients) names.push_back(section + known);
+    const auto names = mapped(scene.declared.coefficients, [&](const auto& one) { return section + one.first; });
     require(scene.declared.coefficients.contains(name), where, "{} names {}; expected {}", list, key,
             names.empty() ? "a coefficient of the model, which has none" : "one of " + joined(names));
     return name;
@@ -182,17 +180,16 @@ std::string key_of_term(const io::Scene& scene, const model::Equations& equation
 
 std::vector<std::string> names_of_terms(const io::Scene& scene, const model::Equations& equations) {
     const std::vector<std::size_t> terms = model::terms_with_power(equations);
-    std::vector<std::string> names, keys;
+    std::vector<std::string> keys;
     if (scene.kind != io::SceneKind::model) keys = physics::Equations(scene.model).terms();
     const auto field_of = [&](std::size_t term) { return equations.terms()[term].field; };
     const bool has_one_field =
         std::ranges::all_of(terms, [&](std::size_t n) { return field_of(n) == field_of(terms[0]); });
-    for (const std::size_t n : terms)
-        names.push_back(n < keys.size() ? keys[n]
-                        : has_one_field
-                            ? equations.terms()[n].text
-                            : equations.model().fields[field_of(n)].symbol + ": " + equations.terms()[n].text);
-    return names;
+    return mapped(terms, [&](std::size_t n) {
+        if (n < keys.size()) return keys[n];
+        const std::string& written = equations.terms()[n].text;
+        return has_one_field ? written : equations.model().fields[field_of(n)].symbol + ": " + written;
+    });
 }
 
 std::vector<physics::HeldRange> held_ranges(const io::Scene& scene) {

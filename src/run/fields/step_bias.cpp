@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "drover/base/error.hpp"
@@ -133,8 +134,8 @@ void StepBias::advance(std::int64_t step, const numerics::Spectra& state) {
 }
 
 ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
-    std::vector<double> numbers;
-    for (std::size_t k = 0; k < early_.size(); ++k) numbers.push_back(static_cast<double>(k));
+    std::vector<double> numbers(early_.size());
+    std::iota(numbers.begin(), numbers.end(), 0.0);
     files::Recording recording{
         .group = step_bias_group,
         .axes = {{"value", "1", "values of all observables, one after another, in their order", numbers}},
@@ -146,15 +147,15 @@ ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
                         {"value"}},
                        {"early", "1", "the same, mean over the second quarter of the piece", {"value"}}},
         .rows_per_chunk = 8};
-    if (noisy_) {
-        const auto observe = [this] {
-            const bool ends = completed_ == now_;  // not where a run ends within a piece
-            return store_in_place(row_, {{ends ? static_cast<double>(completed_length_) : 0.0}, late_, early_});
-        };
-        ScheduledRecording scheduled{std::move(recording), 0, observe};
-        scheduled.due = [this](std::int64_t step) { return completed_ == step; };
-        return scheduled;
-    }
+    if (noisy_)
+        return {
+            .recording = std::move(recording),
+            .observe =
+                [this] {
+                    const bool ends = completed_ == now_;  // not where a run ends within a piece
+                    return store_in_place(row_, {{ends ? static_cast<double>(completed_length_) : 0.0}, late_, early_});
+                },
+            .due = [this](std::int64_t step) { return completed_ == step; }};
     const std::int64_t samples = io::whole_steps(run_.scene, "output.sample_every", run_.scene.output.sample_every);
     // Ever later: errors rise and fall at the start, and what may be spent there is soon spent.
     const auto observe = [this, &state] {
@@ -163,12 +164,11 @@ ScheduledRecording StepBias::recording(const numerics::Spectra& state) {
         next_ = now_ + std::max<std::int64_t>(1, now_ / per_doubling);
         return store_in_place(row_, compare(state));
     };
-    ScheduledRecording scheduled{std::move(recording), 0, observe};
-    scheduled.due = [this, samples](std::int64_t step) {
+    const auto due = [this, samples](std::int64_t step) {
         if (step == 0 || step == completed_) return true;
         return samples > 0 && step % samples == 0 && step >= next_ && effort_.affords(work_of_comparison());
     };
-    return scheduled;
+    return {.recording = std::move(recording), .observe = observe, .due = due};
 }
 
 std::vector<double> StepBias::save() const {

@@ -45,16 +45,7 @@ void settle(const io::Scene& line, double duration, Threads& threads, numerics::
         evolution.advance(step, state);
     }
 }
-}  // namespace
 
-TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
-    return {.fields = average_over_y(initial_fields(scene, threads), line.grid),
-            .settle = [line, &threads](double duration,
-                                       numerics::Spectra& state) { settle(line, duration, threads, state); },
-            .longest = line.time.end};
-}
-
-namespace {
 constexpr double far = 0.5;  // of the variation of a guess
 
 /// The state nearest to a guess that has no speed: where the first is far from it, those from other speeds as well.
@@ -73,6 +64,13 @@ numerics::TravellingState nearest_state(const numerics::Spectra& guess, numerics
     return best;
 }
 }  // namespace
+
+TravellingGuess travelling_guess(const io::Scene& scene, const io::Scene& line, Threads& threads) {
+    return {.fields = average_over_y(initial_fields(scene, threads), line.grid),
+            .settle = [line, &threads](double duration,
+                                       numerics::Spectra& state) { settle(line, duration, threads, state); },
+            .longest = line.time.end};
+}
 
 numerics::TravellingState find_state(const TravellingGuess& from, numerics::TravellingSolver& solver) {
     std::vector<double> durations{from.time.value_or(0.0)};

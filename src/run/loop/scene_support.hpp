@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/mapped.hpp"
 #include "io/scene.hpp"
 #include "measure/summary.hpp"
 #include "run/loop/simulation.hpp"
@@ -23,15 +24,13 @@ double recorded_bytes(const io::Scene& scene, double numbers_per_frame, double n
 
 template <class Moment>
 std::vector<files::Quantity> quantities_of(const measure::Observables<Moment>& rows) {
-    std::vector<files::Quantity> quantities;
-    for (const auto& row : rows) quantities.push_back({row.name, row.unit, row.formula, measure::names_of(row.axes)});
-    return quantities;
+    return mapped(rows, [](const auto& row) {
+        return files::Quantity{row.name, row.unit, row.formula, measure::names_of(row.axes)};
+    });
 }
 template <class Moment>
 std::vector<std::vector<double>> measure_all(const measure::Observables<Moment>& rows, const Moment& moment) {
-    std::vector<std::vector<double>> measured;
-    for (const auto& row : rows) measured.push_back(measure::measure_one(row, moment));
-    return measured;
+    return mapped(rows, [&](const auto& row) { return measure::measure_one(row, moment); });
 }
 
 /// Records observables in a group of the archive, at output.sample_every.  measure() returns their present values.

@@ -32,6 +32,19 @@ extern "C" void handle_signal(int signal) {
     }
     requested = signal;
 }
+
+/// Errors of other types as an Error.  Neither an Error nor a bad_alloc is converted: there may be no memory for it.
+int in_errors(const std::function<int()>& work) {
+    try {
+        return work();
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& exception) {
+        throw error_of(exception);
+    }
+}
 }  // namespace
 
 StopSignals::StopSignals() : installed_(!host_handles_signals) {
@@ -79,21 +92,6 @@ void request_stop(int signal, const std::string& reason) {
 }
 
 void ignore_file_size_signal() { std::signal(SIGXFSZ, SIG_IGN); }
-
-namespace {
-/// Errors of other types as an Error.  Neither an Error nor a bad_alloc is converted: there may be no memory for it.
-int in_errors(const std::function<int()>& work) {
-    try {
-        return work();
-    } catch (const Error&) {
-        throw;
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& exception) {
-        throw error_of(exception);
-    }
-}
-}  // namespace
 
 int status_of(const std::function<int()>& work) {
     try {

@@ -66,8 +66,8 @@ Report make_particle_report(const files::ArchiveReader& archive, const io::Scene
     Report report = summary_report(scene, sampling, recorded);
     doubt_constant_means(recorded, report.summary);
     report.warnings = particle_warnings(scene);
-    for (std::string& warning : particle_state_warnings(scene, bodies, recorded.series, sampling.spacing))
-        report.warnings.push_back(std::move(warning));
+    std::ranges::move(particle_state_warnings(scene, bodies, recorded.series, sampling.spacing),
+                      std::back_inserter(report.warnings));
     const double warm_up = static_cast<double>(report.summary.warm_up) * sampling.spacing;
     if (const std::optional<measure::Paths> paths = paths_of(archive, scene, bodies, warm_up)) {
         std::ranges::move(measure::path_rows(*paths), std::back_inserter(report.summary.rows));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "dem/bodies/plate_motion.hpp"
@@ -120,22 +121,113 @@ RunBytes bytes_of(const io::Scene& scene, const dem::Bodies& bodies, const measu
 
 class ParticleSimulation final : public Simulation {
 public:
-    ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads);
+    ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads)
+        : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end),
+                     the_threads.count()),
+          scene_(the_scene),
+          setting_(measure::make_particle_setting(scene_.particles, bodies)),
+          world_(
+              scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
+              [this](const std::string& key) { return io::locate(scene_, key); },
+              false),  // a packing has no overlaps; see check_start() and restore()
+          energy_start_(world_.energy_kinetic()) {
+        bytes = bytes_of(scene_, world_.bodies(), setting_);
+        const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);
+        for (const io::BodyRecording& one : io::trajectory_recordings(scene_.particles, world_.bodies()))
+            recordings.push_back({one.recording, every, [this, make_row = one.row, group = one.recording.group] {
+                                      return store_in_place(rows_[group], make_row(scene_.particles, world_.bodies()));
+                                  }});
+        recordings.push_back(samples());
+    }
 
     void advance(std::int64_t step) override {
         world_.advance(step);
         time_ = static_cast<double>(step + 1) * dt;
     }
-    void check_health(std::int64_t step) override;
-    std::vector<double> save() const override;
-    void restore(std::span<const double> saved) override;
-    void accept(std::int64_t step) override;
-    std::string describe() const override;
+
+    void check_health(std::int64_t step) override {
+        if (std::isfinite(world_.energy_kinetic())) return;
+        fail_run(
+            "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is "
+            "still valid",
+            step, static_cast<double>(step) * scene_.time.dt, world_.non_finite());
+    }
+
+    std::vector<double> save() const override {
+        std::vector<double> values{time_, energy_start_};
+        const dem::Bodies bodies = world_.bodies();
+        for_vectors(bodies, [&](const dem::Vector& vector) {
+            values.insert(values.end(), {vector.x, vector.y, vector.z});
+        });
+        const std::vector<double> state = world_.save();
+        values.insert(values.end(), state.begin(), state.end());
+        return values;
+    }
+
+    void restore(std::span<const double> saved) override {
+        const std::size_t before = saved_before + saved_of_bodies(world_.bodies());
+        require(saved.size() > before, {}, "the checkpoint holds {} numbers; this world has more than {}", saved.size(),
+                before);
+        time_ = saved[0];
+        energy_start_ = saved[1];
+        world_.restore(saved.subspan(before));
+    }
+
+    void accept(std::int64_t step) override {
+        if (rows_.empty()) return;  // nobody has changed them
+        dem::Bodies bodies = world_.bodies();
+        io::set_bodies(rows_[io::beads_group], rows_[io::rods_group], bodies, "the frame", {});
+        world_.set_bodies(bodies, step);
+    }
+
+    /// Impacts, groups, overlaps and the energy balance.
+    std::string describe() const override {
+        const dem::Counts counts = world_.counts();
+        const dem::EnergyBalance balance = world_.balance();
+        const dem::OverlapRecord worst = world_.worst_overlap();
+        const double now = world_.energy_kinetic(), change = now - energy_start_;
+        double largest = std::abs(now);
+        for (const auto entry : dem::balance_parts) largest = std::max(largest, std::abs(balance.*entry));
+        std::string words = text(
+            "impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
+            counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
+            counts.rod_wall);
+        if (dem::PairwiseLaw::is_chosen(scene_.particles.contacts))
+            words += text("; {} with less friction, which would have created energy", counts.limited);
+        else
+            words += text("; {} groups, the largest of {} contacts, {} unresolved", counts.groups, counts.largest_group,
+                          counts.unresolved);
+        words += text("; {} neighbour lists", counts.lists);
+        if (worst.depth > 0.0)
+            words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius,
+                          dem::name_text(worst.first), dem::name_text(worst.second), worst.time);
+        words += text(
+            "; energy in mg mm2/s2: plates {:.4g}, gravity {:.4g}, forces {:.4g}, kicks {:.4g}, impacts {:.4g}, "
+            "friction {:.4g}; change of the kinetic energy {:.4g}",
+            balance.plates, balance.gravity, balance.forces, balance.kicks, balance.impact, balance.friction, change);
+        if (largest > 0.0)
+            words += text(", balanced to {:.1e} of the largest", std::abs(change - dem::sum(balance)) / largest);
+        return words;
+    }
+
     /// Throws an input Error where bodies of a file overlap in this scene, or are beyond its plates.
-    void check_start();
+    void check_start() try { world_.set_bodies(world_.bodies(), 0); } catch (const Error& error) {
+        throw Error(error.fault(), io::locate(scene_, "packing.file"),
+                    text("the start in packing.file: {}", error.message()));
+    }
 
 private:
-    ScheduledRecording samples();
+    ScheduledRecording samples() {
+        const auto rows = measure::particle_observables(setting_);
+        return sample_recording(scene_, io::series_group, measure::axes_of(rows), quantities_of(rows), [this, rows] {
+            return measure_all(rows, measure::ParticleMoment{.setting = setting_,
+                                                             .bodies = world_.bodies(),
+                                                             .time = time_,
+                                                             .balance = world_.balance(),
+                                                             .counts = world_.counts(),
+                                                             .energy_kinetic = world_.energy_kinetic()});
+        });
+    }
 
     io::Scene scene_;
     measure::ParticleSetting setting_;
@@ -144,127 +236,8 @@ private:
     std::map<std::string, std::vector<std::vector<double>>> rows_;  // of the latest frame, by group
 };
 
-ParticleSimulation::ParticleSimulation(const io::Scene& the_scene, dem::Bodies bodies, Threads& the_threads)
-    : Simulation(the_scene.time.dt, io::whole_steps(the_scene, "time.end", the_scene.time.end), the_threads.count()),
-      scene_(the_scene),
-      setting_(measure::make_particle_setting(scene_.particles, bodies)),
-      world_(
-          scene_.particles, std::move(bodies), dt, seed_of(scene_), the_threads,
-          [this](const std::string& key) { return io::locate(scene_, key); },
-          false),  // a packing has no overlaps; see check_start() and restore()
-      energy_start_(world_.energy_kinetic()) {
-    bytes = bytes_of(scene_, world_.bodies(), setting_);
-    const std::int64_t every = io::whole_steps(scene_, "output.frame_every", scene_.output.frame_every);
-    for (const io::BodyRecording& one : io::trajectory_recordings(scene_.particles, world_.bodies()))
-        recordings.push_back({one.recording, every, [this, make_row = one.row, group = one.recording.group] {
-                                  return store_in_place(rows_[group], make_row(scene_.particles, world_.bodies()));
-                              }});
-    recordings.push_back(samples());
-}
-
-void ParticleSimulation::check_start() try { world_.set_bodies(world_.bodies(), 0); } catch (const Error& error) {
-    throw Error(error.fault(), io::locate(scene_, "packing.file"),
-                text("the start in packing.file: {}", error.message()));
-}
-
-std::vector<double> ParticleSimulation::save() const {
-    std::vector<double> values{time_, energy_start_};
-    const dem::Bodies bodies = world_.bodies();
-    for_vectors(bodies, [&](const dem::Vector& vector) {
-        values.insert(values.end(), {vector.x, vector.y, vector.z});
-    });
-    const std::vector<double> state = world_.save();
-    values.insert(values.end(), state.begin(), state.end());
-    return values;
-}
-
-void ParticleSimulation::restore(std::span<const double> saved) {
-    const std::size_t before = saved_before + saved_of_bodies(world_.bodies());
-    require(saved.size() > before, {}, "the checkpoint holds {} numbers; this world has more than {}", saved.size(),
-            before);
-    time_ = saved[0];
-    energy_start_ = saved[1];
-    world_.restore(saved.subspan(before));
-}
-
-void ParticleSimulation::accept(std::int64_t step) {
-    if (rows_.empty()) return;  // nobody has changed them
-    dem::Bodies bodies = world_.bodies();
-    io::set_bodies(rows_[io::beads_group], rows_[io::rods_group], bodies, "the frame", {});
-    world_.set_bodies(bodies, step);
-}
-
-ScheduledRecording ParticleSimulation::samples() {
-    const auto rows = measure::particle_observables(setting_);
-    return sample_recording(scene_, io::series_group, measure::axes_of(rows), quantities_of(rows), [this, rows] {
-        return measure_all(rows, measure::ParticleMoment{.setting = setting_,
-                                                         .bodies = world_.bodies(),
-                                                         .time = time_,
-                                                         .balance = world_.balance(),
-                                                         .counts = world_.counts(),
-                                                         .energy_kinetic = world_.energy_kinetic()});
-    });
-}
-
-void ParticleSimulation::check_health(std::int64_t step) {
-    if (std::isfinite(world_.energy_kinetic())) return;
-    fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}; the last checkpoint is "
-        "still valid",
-        step, static_cast<double>(step) * scene_.time.dt, world_.non_finite());
-}
-
-/// Impacts, groups, overlaps and the energy balance.
-std::string ParticleSimulation::describe() const {
-    const dem::Counts counts = world_.counts();
-    const dem::EnergyBalance balance = world_.balance();
-    const dem::OverlapRecord worst = world_.worst_overlap();
-    const double now = world_.energy_kinetic(), change = now - energy_start_;
-    double largest = std::abs(now);
-    for (const auto entry : dem::balance_parts) largest = std::max(largest, std::abs(balance.*entry));
-    std::string words =
-        text("impacts: {} bead-bead, {} rod-bead, {} rod-rod, {} bead-plate, {} rod-plate, {} bead-wall, {} rod-wall",
-             counts.bead_bead, counts.rod_bead, counts.rod_rod, counts.bead_plate, counts.rod_plate, counts.bead_wall,
-             counts.rod_wall);
-    if (dem::PairwiseLaw::is_chosen(scene_.particles.contacts))
-        words += text("; {} with less friction, which would have created energy", counts.limited);
-    else
-        words += text("; {} groups, the largest of {} contacts, {} unresolved", counts.groups, counts.largest_group,
-                      counts.unresolved);
-    words += text("; {} neighbour lists", counts.lists);
-    if (worst.depth > 0.0)
-        words += text("; largest overlap {:.2g} of a radius ({} and {}, t = {:.6g} s)", worst.of_radius,
-                      dem::name_text(worst.first), dem::name_text(worst.second), worst.time);
-    words += text(
-        "; energy in mg mm2/s2: plates {:.4g}, gravity {:.4g}, forces {:.4g}, kicks {:.4g}, impacts {:.4g}, friction "
-        "{:.4g}; change of the kinetic energy {:.4g}",
-        balance.plates, balance.gravity, balance.forces, balance.kicks, balance.impact, balance.friction, change);
-    if (largest > 0.0)
-        words += text(", balanced to {:.1e} of the largest", std::abs(change - dem::sum(balance)) / largest);
-    return words;
-}
-
 double spheres_of(const io::Scene& scene) { return static_cast<double>(io::sphere_count(bodies_of(scene))); }
-}  // namespace
 
-int particle_threads(const io::Scene& scene) {
-    if (scene.run.threads > 0) return scene.run.threads;
-    // With less work per thread, waking a thread costs more than it saves.
-    constexpr double spheres_per_thread = 20000.0;
-    return std::clamp(static_cast<int>(std::min(spheres_of(scene) / spheres_per_thread, 64.0)), 1, usable_cores());
-}
-
-RunBytes particle_bytes(const io::Scene& scene) {
-    const dem::Bodies bodies = bodies_of(scene);
-    return bytes_of(scene, bodies, measure::make_particle_setting(scene.particles, bodies));
-}
-
-std::string particle_size(const io::Scene& scene) {
-    const dem::Bodies bodies = bodies_of(scene);
-    return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
-}
-
-namespace {
 /// The steps within which the single rod of pairwise_rod.csv keeps its speed, at plates of 200 /s.
 std::vector<std::string> pairwise_warnings(const io::Scene& scene) {
     constexpr double max_dt = 2e-5, max_rod_step = 2e-6, frequency = 200.0;
@@ -327,10 +300,27 @@ std::vector<std::string> gap_warnings(const io::Scene& scene) {
 }
 }  // namespace
 
+int particle_threads(const io::Scene& scene) {
+    if (scene.run.threads > 0) return scene.run.threads;
+    // With less work per thread, waking a thread costs more than it saves.
+    constexpr double spheres_per_thread = 20000.0;
+    return std::clamp(static_cast<int>(std::min(spheres_of(scene) / spheres_per_thread, 64.0)), 1, usable_cores());
+}
+
+RunBytes particle_bytes(const io::Scene& scene) {
+    const dem::Bodies bodies = bodies_of(scene);
+    return bytes_of(scene, bodies, measure::make_particle_setting(scene.particles, bodies));
+}
+
+std::string particle_size(const io::Scene& scene) {
+    const dem::Bodies bodies = bodies_of(scene);
+    return text("{} beads and {} rods", bodies.beads.size(), bodies.rods.size());
+}
+
 std::vector<std::string> particle_warnings(const io::Scene& scene) {
     std::vector<std::string> warnings = unit_warnings(scene.particles);
-    for (std::string& warning : step_warnings(scene)) warnings.push_back(std::move(warning));
-    for (std::string& warning : gap_warnings(scene)) warnings.push_back(std::move(warning));
+    std::ranges::move(step_warnings(scene), std::back_inserter(warnings));
+    std::ranges::move(gap_warnings(scene), std::back_inserter(warnings));
     const dem::Setup& setup = scene.particles;
     const dem::BodyForces& forces = setup.forces;
     const bool has_beads = setup.beads.any(), has_rods = setup.rods.any();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "measure/fields.hpp"
 #include "numerics/fields/shells.hpp"
 #include "physics/program_functions.hpp"
@@ -105,8 +106,7 @@ void predict(const model::Equations& equations, const ArchivedFields& measured, 
         const measure::RecordedSeries* row = measure::find_row(measured.recorded.series, name);
         return row == nullptr ? std::vector<double>() : row->values;
     };
-    std::vector<PartPair> pairs;
-    for (const PredictedRow& row : measured.predicted) pairs.emplace_back(row.one, row.other);
+    const auto pairs = mapped(measured.predicted, [](const PredictedRow& row) { return PartPair(row.one, row.other); });
     FieldPrediction predicted =
         predicted_fields(report.scene, equations, sampled_means(equations, series, report.summary.warm_up), pairs,
                          measured.setting.degree, threads);
@@ -139,8 +139,7 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     }
     if (theory == Theory::included) predict(what.equations, measured, report);
     report.warnings = field_warnings(archive, scene, what);
-    for (std::string& warning : step_bias_warnings(report.step_bias, scene, report.summary))
-        report.warnings.push_back(std::move(warning));
+    std::ranges::move(step_bias_warnings(report.step_bias, scene, report.summary), std::back_inserter(report.warnings));
     return report;
 }
 

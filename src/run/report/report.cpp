@@ -1,10 +1,10 @@
 // run/report/report.cpp: the samples of an archive, their summary, and its table.
 #include "run/report/report.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 
 namespace drover::run {
 
@@ -40,45 +40,30 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     return report;
 }
 
-const Prediction* find_prediction(const Report& report, const std::string& name) {
-    for (const Prediction& prediction : report.predictions)
-        if (prediction.name == name) return &prediction;
-    return nullptr;
-}
-
 files::ResultTable result_table(const Report& report) {
     files::ResultTable table{.group = "/summary",
                              .axes = measure::axes_of(report.summary.rows),
                              .warnings = report.warnings};
     const std::string time_unit = io::renamed("s", report.scene.units);
     for (const measure::SummaryRow& row : report.summary.rows) {
-        std::vector<double> means, errors, times;
-        for (const measure::Estimate& estimate : row.estimates) {
-            means.push_back(estimate.mean);
-            errors.push_back(estimate.error.value_or(nan));
-            times.push_back(estimate.autocorrelation_time);
-        }
         const auto add = [&](const std::string& ending, const std::string& unit, const std::string& meaning,
                              std::vector<double> values) {
             table.quantities.push_back({row.name + ending, unit, meaning, measure::names_of(row.axes)});
             table.values.push_back(std::move(values));
         };
-        add("", row.unit, row.formula, std::move(means));
+        add("", row.unit, row.formula, mapped(row.estimates, &measure::Estimate::mean));
         add("_error", row.unit, "standard error of " + row.name + "; NaN where there is no error estimate",
-            std::move(errors));
+            mapped(row.estimates, [](const measure::Estimate& one) { return one.error.value_or(nan); }));
         if (const auto biases = report.step_bias.of.find(row.name); biases != report.step_bias.of.end()) {
-            std::vector<double> values, uncertainties;
-            for (const StepBiasEstimate& bias : biases->second) {
-                values.push_back(bias.bias);
-                uncertainties.push_back(bias.error);
-            }
             add("_step_bias", row.unit,
                 row.name + " less its value for a step of zero length; NaN where accuracy.effort does not resolve it",
-                std::move(values));
-            add("_step_bias_error", row.unit, "uncertainty of that bias", std::move(uncertainties));
+                mapped(biases->second, &StepBiasEstimate::bias));
+            add("_step_bias_error", row.unit, "uncertainty of that bias",
+                mapped(biases->second, &StepBiasEstimate::error));
         }
-        add("_autocorrelation_time", time_unit, "integrated autocorrelation time of " + row.name, std::move(times));
-        if (const Prediction* prediction = find_prediction(report, row.name))
+        add("_autocorrelation_time", time_unit, "integrated autocorrelation time of " + row.name,
+            mapped(row.estimates, &measure::Estimate::autocorrelation_time));
+        if (const Prediction* prediction = measure::find_row(report.predictions, row.name))
             add("_linear", row.unit, "linear theory of " + row.name + " on the same grid", prediction->values);
     }
     table.quantities.push_back({"warm_up", time_unit, "time left out of means at the start", {}});

@@ -79,9 +79,6 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
 /// A report with the summary of what was recorded, whose sampling it sets.
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
 
-/// The prediction of a name; nullptr when there is none.
-const Prediction* find_prediction(const Report& report, const std::string& name);
-
 /// From what the archive of a run of fields has recorded, for the rows of its summary.
 /// is_exact: every term is linear.
 StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,

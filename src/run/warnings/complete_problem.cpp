@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mapped.hpp"
 #include "model/energy.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/integrated.hpp"
@@ -166,9 +167,7 @@ Limit limit_of(const io::Scene& scene, const model::Equations& equations) {
 /// Terms as people wrote them.
 std::vector<std::string> texts_of(const io::Scene& scene, const model::Equations& equations) {
     if (scene.kind != io::SceneKind::model) return physics::written_terms(physics::Equations(scene.model));
-    std::vector<std::string> texts;
-    for (const model::TermSummary& term : equations.terms()) texts.push_back(term.text);
-    return texts;
+    return mapped(equations.terms(), &model::TermSummary::text);
 }
 }  // namespace
 

@@ -75,9 +75,7 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
                  is_linear ? "" : ", or terms that are linear in the fields, which allow negative densities"));
     }
 }
-}  // namespace
 
-namespace {
 /// A formula in one field that does not turn, and numbers of the model; nothing where it is of another kind.
 struct OfField {
     const model::Field* field;

@@ -21,14 +21,12 @@ double energy_scale(const dem::Setup& setup, double mass, double height) {
     return mass * (speed * speed + std::abs(setup.gravity.z) * height);
 }
 
-struct Stopped {
-    const char* observable;
-    std::string what;  ///< that stopped
-};
-/// Adds a warning if the observable is below `threshold` from some sample to the last of at least two.
-void add_stopped(const Stopped& stopped, const std::vector<measure::RecordedSeries>& series, double spacing,
-                 double threshold, std::vector<std::string>& warnings) {
-    const std::vector<double> values = values_of(series, stopped.observable);
+/// Adds a warning that `what` stopped if the observable is below `threshold` from some sample to the last of at least
+/// two.
+void add_stopped(const std::string& observable, const std::string& what,
+                 const std::vector<measure::RecordedSeries>& series, double spacing, double threshold,
+                 std::vector<std::string>& warnings) {
+    const std::vector<double> values = values_of(series, observable);
     std::size_t first = values.size();
     while (first > 0 && values[first - 1] <= threshold) --first;
     if (first + 1 >= values.size()) return;
@@ -36,7 +34,7 @@ void add_stopped(const Stopped& stopped, const std::vector<measure::RecordedSeri
         "{}: {} is {:.2g} mg mm2 s-2 from t = {:.6g} s to the end (expected more than {:.2g}): an absorbing state; "
         "choose a larger plates.amplitude, more beads or rods, more restitution or less "
         "friction, or end the run before",
-        stopped.what, stopped.observable, values.back(), spacing * static_cast<double>(first), threshold));
+        what, observable, values.back(), spacing * static_cast<double>(first), threshold));
 }
 
 struct BodyKind {
@@ -50,12 +48,10 @@ void add_temperatures(const BodyKind& kind, const std::vector<measure::RecordedS
     constexpr double part = 1e-12;
     if (kind.count < 2) return;
     const std::string all = text("all {} {}", kind.count, kind.bodies);
-    const std::string horizontal = kind.prefix + "_temperature_horizontal",
-                      vertical = kind.prefix + "_temperature_vertical";
-    add_stopped({horizontal.c_str(), all + " are at rest in the plane, or move as one"}, series, spacing,
-                part * kind.scale, warnings);
-    add_stopped({vertical.c_str(), all + " move up and down in step, or rest on a plate"}, series, spacing,
-                part * kind.scale, warnings);
+    add_stopped(kind.prefix + "_temperature_horizontal", all + " are at rest in the plane, or move as one", series,
+                spacing, part * kind.scale, warnings);
+    add_stopped(kind.prefix + "_temperature_vertical", all + " move up and down in step, or rest on a plate", series,
+                spacing, part * kind.scale, warnings);
 }
 }  // namespace
 
@@ -98,7 +94,7 @@ std::vector<std::string> particle_state_warnings(const io::Scene& scene, const d
     add_temperatures(beads, series, spacing, warnings);
     add_temperatures(rods, series, spacing, warnings);
     const double whole = beads.scale * static_cast<double>(beads.count) + rods.scale * static_cast<double>(rods.count);
-    add_stopped({"energy_kinetic", "all bodies are at rest"}, series, spacing, 1e-12 * whole, warnings);
+    add_stopped("energy_kinetic", "all bodies are at rest", series, spacing, 1e-12 * whole, warnings);
 
     const std::vector<double> gained = values_of(series, "work_impact"), kinetic = values_of(series, "energy_kinetic");
     if (!gained.empty() && !kinetic.empty() && gained.back() > 1e-9 * kinetic.back())

@@ -76,19 +76,7 @@ void add_growth(const io::Scene& scene, const model::Equations& equations, const
              growth.rate, growth.q, growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits,
              max_log / growth.rate));
 }
-}  // namespace
 
-bool calls_program(const io::Scene& scene) {
-    return std::ranges::any_of(scene.model.text_terms, [](const auto& term) { return !term.function.empty(); });
-}
-
-bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
-    return scene.initial.kind == model::StartKind::uniform && !equations.has_noise() &&
-           placed_term_of(scene, equations).empty() &&
-           equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0;
-}
-
-namespace {
 /// Where the noise of the waves of the grid saturates the order of rods, and its counterterm is missing or too large.
 void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std::string>& warnings) {
     constexpr double max_without = 0.1, max_part = 1.0;
@@ -109,6 +97,16 @@ void add_saturation_by_waves(const io::Scene& scene, int degree, std::vector<std
             part));
 }
 }  // namespace
+
+bool calls_program(const io::Scene& scene) {
+    return std::ranges::any_of(scene.model.text_terms, [](const auto& term) { return !term.function.empty(); });
+}
+
+bool stays_at_start(const io::Scene& scene, const model::Equations& equations) {
+    return scene.initial.kind == model::StartKind::uniform && !equations.has_noise() &&
+           placed_term_of(scene, equations).empty() &&
+           equations.uniform_rates(equations.reference()).cwiseAbs().maxCoeff() == 0.0;
+}
 
 std::vector<std::string> field_scene_warnings(const io::Scene& scene, const model::Integrated& what) {
     const model::Equations& equations = what.equations;

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "base/mapped.hpp"
 #include "drover/base/threads.hpp"
 #include "io/declared_model.hpp"
 #include "model/start.hpp"
@@ -318,33 +319,22 @@ private:
 };
 
 /// The rates on a few points as numbers: the mean rate of each component and both parts of its longest wave, and behind
-/// them the mean square of what noise does to each.
-class RateNumbers {
-public:
-    RateNumbers(const FieldProblem& problem, const Grid& grid)
-        : rates_(problem, grid, grid, problem.integrated.kept_degree), components_(problem.components.size()) {}
-
-    std::size_t of_rates() const { return 3 * components_; }
-    std::size_t count() const { return of_rates() + (rates_.system().product_noise ? components_ : 0); }
-    std::vector<double> at(double t) {
-        std::vector<double> values;
-        const Spectra& rate = rates_.at(t);
-        for (int c = 0; c < rate.count(); ++c)
-            values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
-        values.resize(count(), 0.0);
-        const std::size_t width = numerics::columns(rates_.system().grid);
-        if (const Spectra* effect = rates_.noise_at(t))
-            for (std::size_t c = 0; c < components_; ++c)
-                for (std::size_t m = 0; m < effect->size; ++m)
-                    values[of_rates() + c] += numerics::mode_weight(rates_.system().grid, m % width) *
-                                              std::norm((*effect)[static_cast<int>(c)][m]);
-        return values;
+/// them the mean square of what noise that multiplies does to each.
+std::vector<double> numbers_at(Rates& rates, double t) {
+    std::vector<double> values;
+    const Spectra& rate = rates.at(t);
+    for (int c = 0; c < rate.count(); ++c)
+        values.insert(values.end(), {rate[c][0].real(), rate[c][1].real(), rate[c][1].imag()});
+    if (!rates.system().product_noise) return values;
+    const Grid& grid = rates.system().grid;
+    const Spectra* effect = rates.noise_at(t);
+    for (int c = 0; c < rate.count(); ++c) {
+        values.push_back(0.0);
+        for (std::size_t m = 0; effect != nullptr && m < effect->size; ++m)
+            values.back() += numerics::mode_weight(grid, m % numerics::columns(grid)) * std::norm((*effect)[c][m]);
     }
-
-private:
-    Rates rates_;
-    std::size_t components_;
-};
+    return values;
+}
 
 /// How a scene steps, and how finely its rates are sampled.
 struct Stepping {
@@ -352,11 +342,11 @@ struct Stepping {
     const numerics::TimeMethod& method;
     bool has_stages, divides, has_noise;
     int parts;                  ///< of a step
+    std::size_t of_rates;       ///< numbers of the rates that are no noise
     std::vector<double> named;  ///< times
 };
 
-/// of_text: the equations.
-Stepping stepping_of(const io::Scene& scene, const model::Model& of_text) {
+Stepping stepping_of(const io::Scene& scene, const FieldProblem& problem) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     const bool has_stages = scene.time.tolerance == 0.0 && method.name == "arkode-ark436l2sa";
     constexpr int fewest = 7, in_stages = 21, samples = 2048;  // a switch falls into one of the parts
@@ -367,35 +357,36 @@ Stepping stepping_of(const io::Scene& scene, const model::Model& of_text) {
             .divides = scene.time.tolerance > 0.0,
             .has_noise = io::has_noise(scene),
             .parts = std::max(has_stages ? in_stages : fewest, static_cast<int>(samples / steps) | 1),
-            .named = named_times(of_text, scene.time.end)};
+            .of_rates = 3 * problem.components.size(),
+            .named = named_times(problem.integrated.equations.model(), scene.time.end)};
 }
 
 /// Adds `weight` times the rates at a time.
-void add_rates(RateNumbers& rates, double t, double weight, std::vector<double>& to) {
-    const std::vector<double> now = rates.at(t);
+void add_rates(Rates& rates, double t, double weight, std::vector<double>& to) {
+    const std::vector<double> now = numbers_at(rates, t);
     for (std::size_t k = 0; k < to.size(); ++k) to[k] += weight * now[k];
 }
 
 /// Of each number of the rates.
-std::vector<TimeError> errors_of(RateNumbers& rates, const Stepping& how, const Window& window) {
-    std::vector<TimeError> errors(rates.count());
+std::vector<TimeError> errors_of(Rates& rates, const Stepping& how, const Window& window) {
     const double dt = how.dt;
     const auto first = static_cast<double>(window.first);
-    std::vector<double> before = rates.at((first - 1.0) * dt), begin = rates.at(first * dt),
-                        end = rates.at((first + 1.0) * dt);
+    std::vector<double> before = numbers_at(rates, (first - 1.0) * dt), begin = numbers_at(rates, first * dt),
+                        end = numbers_at(rates, (first + 1.0) * dt);
+    std::vector<TimeError> errors(begin.size());
     for (std::int64_t step = window.first; step < window.first + window.count; ++step) {
         const double t = static_cast<double>(step) * dt;
-        std::vector<double> exact(errors.size(), 0.0), by_stages = exact, after = rates.at(t + 2.0 * dt);
-        const std::vector<double> middle = rates.at(t + 0.5 * dt);
+        std::vector<double> exact(errors.size(), 0.0), by_stages = exact, after = numbers_at(rates, t + 2.0 * dt);
+        const std::vector<double> middle = numbers_at(rates, t + 0.5 * dt);
         for (const auto& [at, width] : parts_of_step(t, dt, how.parts, how.named)) add_rates(rates, at, width, exact);
         if (how.has_stages)
             for (const Stage& stage : stages_of_ark436)
                 add_rates(rates, t + dt * stage.time, dt * stage.weight, by_stages);
-        const std::vector<double> first_quarter = how.divides ? rates.at(t + 0.25 * dt) : middle,
-                                  last_quarter = how.divides ? rates.at(t + 0.75 * dt) : middle;
+        const std::vector<double> first_quarter = how.divides ? numbers_at(rates, t + 0.25 * dt) : middle,
+                                  last_quarter = how.divides ? numbers_at(rates, t + 0.75 * dt) : middle;
         for (std::size_t k = 0; k < errors.size(); ++k) {
             const Nodes nodes{before[k], begin[k], middle[k], end[k], after[k]};
-            if (k >= rates.of_rates()) errors[k].add(dt * middle[k], exact[k], 0.0);
+            if (k >= how.of_rates) errors[k].add(dt * middle[k], exact[k], 0.0);
             else
                 errors[k].add(how.has_stages ? by_stages[k] : as_seen(how.method, dt, nodes), exact[k],
                               how.divides
@@ -439,17 +430,17 @@ std::pair<double, std::size_t> worst_error(const std::vector<std::vector<TimeErr
 
 std::optional<std::string> time_warning(const io::Scene& scene, const FieldProblem& problem) {
     const double dt = scene.time.dt;
-    const model::Model& model = problem.integrated.equations.model();
     Grid small = scene.grid;
-    const int few = mentions(model, {"x", "y"}) ? 16 : 8;  // of a moving source some harmonics are kept
+    const int few = mentions(problem.integrated.equations.model(), {"x", "y"})
+                        ? 16
+                        : 8;  // of a moving source some harmonics are kept
     small.nx = std::min(small.nx, few);
     small.ny = std::min(small.ny, few);
-    RateNumbers rates(problem, small);
-    const Stepping how = stepping_of(scene, model);
+    Rates rates(problem, small, small, problem.integrated.kept_degree);
+    const Stepping how = stepping_of(scene, problem);
     const std::vector<Window> windows = windows_of(std::llround(scene.time.end / dt), dt, how.named);
-    std::vector<std::vector<TimeError>> all;
-    for (const Window& window : windows) all.push_back(errors_of(rates, how, window));
-    const auto [worst, window] = worst_error(all, rates.of_rates());
+    const auto all = mapped(windows, [&](const Window& window) { return errors_of(rates, how, window); });
+    const auto [worst, window] = worst_error(all, how.of_rates);
     constexpr double max_wrong = 0.03;  // a switch in the middle of 100 steps is wrong by 0.02, and its fields by less
     if (worst <= max_wrong) return std::nullopt;
     return text(
@@ -461,15 +452,22 @@ std::optional<std::string> time_warning(const io::Scene& scene, const FieldProbl
 bool depends_on_time(const io::Scene& scene, const model::Model& model) {
     return scene.time.dt > 0.0 && mentions(model, {"t"});
 }
+
+using Check = std::optional<std::string> (*)(const io::Scene& scene, const FieldProblem& problem);
+
+/// The warning of a check; none where the smooth state lies outside the domain of a term: the run is another.
+std::optional<std::string> warning_of(Check check, const io::Scene& scene, std::optional<FieldProblem>& problem) try {
+    if (!problem) problem = field_problem(scene);
+    return check(scene, *problem);
+} catch (const Error& error) {
+    if (error.fault() != Fault::run) throw;
+    return std::nullopt;
+}
 }  // namespace
 
 bool resolves_time(const io::Scene& scene, const model::Model& model) {
-    try {
-        return !depends_on_time(scene, model) || !time_warning(scene, field_problem(scene));
-    } catch (const Error& error) {
-        if (error.fault() != Fault::run) throw;
-        return true;  // not known, as below
-    }
+    std::optional<FieldProblem> problem;
+    return !depends_on_time(scene, model) || !warning_of(&time_warning, scene, problem);
 }
 
 std::vector<std::string> text_resolution_warnings(const io::Scene& scene, const model::Model& model) {
@@ -478,15 +476,10 @@ std::vector<std::string> text_resolution_warnings(const io::Scene& scene, const 
     std::optional<FieldProblem> problem;
     std::vector<std::string> warnings;
     for (const auto& [check, is_needed] :
-         {std::pair{&space_warning, in_space}, std::pair{&time_warning, depends_on_time(scene, model)}}) {
-        if (!is_needed) continue;
-        try {
-            if (!problem) problem = field_problem(scene);
-            if (const std::optional<std::string> warning = check(scene, *problem)) warnings.push_back(*warning);
-        } catch (const Error& error) {  // the smooth state lies outside the domain of a term: the run is another
-            if (error.fault() != Fault::run) throw;
-        }
-    }
+         {std::pair{&space_warning, in_space}, std::pair{&time_warning, depends_on_time(scene, model)}})
+        if (is_needed)
+            if (std::optional<std::string> warning = warning_of(check, scene, problem))
+                warnings.push_back(std::move(*warning));
     return warnings;
 }
 
