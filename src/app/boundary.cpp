@@ -17,10 +17,6 @@ struct BoundaryOptions : JobCommand {
     std::optional<int> draws;
     std::vector<std::string> points;
     bool overwrite = false;
-
-    ResultOutput result(const char* what, const char* contents) const {
-        return {.file = output, .what = what, .contents = contents, .json = json, .overwrite = overwrite};
-    }
 };
 
 int print_scene_boundary(const BoundaryOptions& options) {
@@ -34,7 +30,7 @@ int print_scene_boundary(const BoundaryOptions& options) {
     const io::Scene scene = io::read_scene(options.scene, overrides);
     io::require_grid(scene, "boundary");
     Threads threads(options.threads > 0 ? options.threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
-    const ResultOutput output = options.result("boundary", "all vertices, and the map of regimes");
+    const ResultOutput output = output_of(options, "boundary", "all vertices, and the map of regimes");
     jobs::JobOptions job = job_of(options, ".boundary.h5");
     const std::filesystem::path archive = job.folder;  // jobs need one, and their folder is beside it
     job.folder += ".shares";
@@ -91,7 +87,7 @@ int print_table_boundary(const BoundaryOptions& options) {
     const std::vector<analysis::AreaFractions> points = mapped(options.points, point_of);
     analysis::TableOnset onset =
         analysis::make_onset(options.scene, options.varied, options.draws.value_or(calibrate::error_draws));
-    const ResultOutput output = options.result("onset", "curves and thresholds, with standard errors");
+    const ResultOutput output = output_of(options, "onset", "curves and thresholds, with standard errors");
     check_output(output, options.scene, onset.scene);
     if (options.cell) analysis::add_cells(onset, *options.cell, points);
     return print_result(onset.result, output, onset.scene, 1);

@@ -145,14 +145,6 @@ void print_json(const nlohmann::json& value) {
     std::puts(value.dump(2, ' ', true, nlohmann::json::error_handler_t::replace).c_str());
 }
 
-ResultOutput output_of(const ResultOptions& options, const char* what, const char* contents) {
-    return {.file = options.output,
-            .what = what,
-            .contents = contents,
-            .json = options.json,
-            .overwrite = options.overwrite};
-}
-
 void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene) {
     if (!output.file.empty()) report::check_result_file(output.file, {input}, scene, output.overwrite);
 }

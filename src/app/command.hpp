@@ -123,7 +123,10 @@ struct ResultOutput {
     std::string contents;  ///< of the file, in one line for people
     bool json = false, overwrite = false;
 };
-ResultOutput output_of(const ResultOptions& options, const char* what, const char* contents);
+template <class Options>
+ResultOutput output_of(const Options& options, const char* what, const char* contents) {
+    return {options.output, what, contents, options.json, options.overwrite};
+}
 /// Throws, before anything is computed, unless the archive can be written.  input: the file that the command is about.
 void check_output(const ResultOutput& output, const std::string& input, const io::Scene& scene);
 /// Prints as text or JSON, writes the archive with its provenance, and returns the exit status.  Throws as

@@ -12,20 +12,24 @@ struct ExportOptions {
     bool bodies = false, overwrite = false;
 };
 
-int export_fields(const ExportOptions& options) {
-    require(!options.bodies, {.file = options.output},
+int export_frames(const ExportOptions& options) {
+    run::require_folder_of({.path = options.output, .where = {}, .name = "--output " + options.output});
+    const std::string ending = std::filesystem::path(options.output).extension().string();
+    const bool is_of_fields = io::is_field_export(options.output);
+    require(is_of_fields || ending == ".xyz" || ending == ".extxyz", {.file = options.output},
+            "the name ends with \"{}\"; expected .xyz of particles, or .vtk or .csv of fields", ending);
+    require(!is_of_fields || !options.bodies, {.file = options.output},
             "--bodies applies to particles, and a .vtk or .csv file holds fields; omit --bodies");
-    const std::vector<std::filesystem::path> written =
-        io::write_fields(files::ArchiveReader(options.archive), options.archive, options.frames, options.output,
-                         options.overwrite);
-    const std::string first = written.front().string(), last = written.back().string();
-    print(written.size() == 1 ? first + ": fields\n" : text("{} to {}: {} frames\n", first, last, written.size()));
-    return run::exit_done;
-}
-
-int export_particles(const ExportOptions& options) {
-    const std::size_t frames = io::write_xyz(files::ArchiveReader(options.archive), options.archive, options.frames,
-                                             options.bodies, options.output, options.overwrite);
+    const files::ArchiveReader archive(options.archive);
+    if (is_of_fields) {
+        const std::vector<std::filesystem::path> written =
+            io::write_fields(archive, options.archive, options.frames, options.output, options.overwrite);
+        const std::string first = written.front().string(), last = written.back().string();
+        print(written.size() == 1 ? first + ": fields\n" : text("{} to {}: {} frames\n", first, last, written.size()));
+        return run::exit_done;
+    }
+    const std::size_t frames =
+        io::write_xyz(archive, options.archive, options.frames, options.bodies, options.output, options.overwrite);
     print(text("{}: {} frame{} of {}\n", options.output, frames, frames == 1 ? "" : "s",
                options.bodies ? "bodies" : "spheres"));
     return run::exit_done;
@@ -50,13 +54,7 @@ void add_export(CLI::App& program, Action& action) {
     command->add_flag("--bodies", options->bodies,
                       "Of particles: write one line per body, with its direction, instead of one per sphere");
     command->add_flag("--overwrite", options->overwrite, "Replace an existing file");
-    when_chosen(*command, action, options, [](const ExportOptions& given) {
-        run::require_folder_of({.path = given.output, .where = {}, .name = "--output " + given.output});
-        const std::string ending = std::filesystem::path(given.output).extension().string();
-        require(io::is_field_export(given.output) || ending == ".xyz" || ending == ".extxyz", {.file = given.output},
-                "the name ends with \"{}\"; expected .xyz of particles, or .vtk or .csv of fields", ending);
-        return io::is_field_export(given.output) ? export_fields(given) : export_particles(given);
-    });
+    when_chosen(*command, action, options, export_frames);
 }
 
 }  // namespace drover::app
