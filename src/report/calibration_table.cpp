@@ -29,17 +29,13 @@ const std::array usual_columns{Column{"drag", "alpha/Gamma"},
                                Column{"rod_diffusion", "D of rods"},
                                Column{"contact_scattering", "c of pairs"}};
 
-/// Whether any entry is not merely set.
-bool has_results(const calibrate::TableRow& row) {
-    return std::ranges::any_of(row.entries, [](const TableEntry& entry) { return entry.origin != Origin::set; });
-}
-
 /// The usual ones that the table has, then the quantities of assays of which these show nothing.
 std::vector<Column> columns_of(const calibrate::Table& table) {
     std::vector<Column> columns;
     const auto add = [&](const Column& column) {
         const calibrate::TableRow* row = calibrate::find_row(table, column.row);
-        if (row != nullptr && has_results(*row)) columns.push_back(column);
+        const auto is_result = [](const TableEntry& entry) { return entry.origin != Origin::set; };
+        if (row != nullptr && std::ranges::any_of(row->entries, is_result)) columns.push_back(column);
     };
     for (const Column& column : usual_columns) add(column);
     const std::vector<Column> usual = columns;

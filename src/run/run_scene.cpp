@@ -172,29 +172,23 @@ auto read_of_version(const std::string& program, const std::filesystem::path& pa
                program, this_program(), error.message());
 }
 
-/// Frames of fields, of which reports use none.
-bool is_unused(const files::Recording& recording) { return recording.group == "/" && !recording.trajectory; }
-
-void append_used(const Simulation& simulation, const ScheduledRecording& scheduled, std::int64_t step, Arrays& arrays) {
-    if (!is_unused(scheduled.recording)) append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
-}
-
 /// As run_loop().  False when a signal stopped it.
 bool run_to_end(Simulation& simulation, Arrays& arrays) {
-    const auto append_due = [&](std::int64_t step) {
+    // The rows that are due, or the others; without frames of fields, of which reports use none.
+    const auto append = [&](std::int64_t step, bool due) {
         for (const ScheduledRecording& scheduled : simulation.recordings)
-            if (is_due(scheduled, step)) append_used(simulation, scheduled, step, arrays);
+            if (is_due(scheduled, step) == due && (scheduled.recording.group != "/" || scheduled.recording.trajectory))
+                append_row(scheduled, static_cast<double>(step) * simulation.dt, arrays);
     };
     simulation.check_health(0);
-    append_due(0);
+    append(0, true);
     for (std::int64_t step = 0; step < simulation.steps;) {
         if (stop_signal() != 0) return false;
         simulation.advance(step++);
         if (is_checked(simulation, step)) simulation.check_health(step);
-        append_due(step);
+        append(step, true);
     }
-    for (const ScheduledRecording& scheduled : simulation.recordings)
-        if (!is_due(scheduled, simulation.steps)) append_used(simulation, scheduled, simulation.steps, arrays);
+    append(simulation.steps, false);
     return true;
 }
 

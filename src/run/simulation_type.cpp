@@ -30,24 +30,21 @@ Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Th
     for (measure::SummaryRow& row : report.summary.rows) io::rename_units(row.axes, scene.units);
     return report;
 }
-
-std::vector<std::string> warnings_of_fields(const io::Scene& scene) {
-    return field_scene_warnings(scene, compiled_of(scene));
-}
 }  // namespace
 
 const SimulationType& simulation_type_of(const io::Scene& scene) {
-    static const SimulationType fields{.make = simulation_of<make_field_simulation>,
-                                       .threads = choose_threads,
-                                       .bytes = field_bytes,
-                                       .size = field_size,
-                                       .body = "a grid of",
-                                       .size_key = "grid.nx",
-                                       .start = "initial",
-                                       .timed = timed_fields,
-                                       .check_start = check_field_start,
-                                       .warnings = warnings_of_fields,
-                                       .report = report_of<make_field_report>};
+    static const SimulationType fields{
+        .make = simulation_of<make_field_simulation>,
+        .threads = choose_threads,
+        .bytes = field_bytes,
+        .size = field_size,
+        .body = "a grid of",
+        .size_key = "grid.nx",
+        .start = "initial",
+        .timed = timed_fields,
+        .check_start = check_field_start,
+        .warnings = [](const io::Scene& given) { return field_scene_warnings(given, compiled_of(given)); },
+        .report = report_of<make_field_report>};
     static const SimulationType particles{.make = make_particle_simulation,
                                           .threads = particle_threads,
                                           .bytes = particle_bytes,

@@ -354,15 +354,6 @@ void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, cons
         if (!value.reached) ++outcome.unmet_wants;
     for (calibrate::TrialSet& one : trial_sets) one.take_all();
 }
-
-void count_ended(const std::vector<calibrate::TrialSet>& trial_sets, CalibrationOutcome& outcome) {
-    outcome.unfinished = outcome.failed = outcome.unmet_targets = 0;
-    for (const calibrate::TrialSet& one : trial_sets) {
-        if (!one.ended()) ++outcome.unfinished;
-        else if (!one.has_result()) ++outcome.failed;
-        else if (!one.measurement()->reached) ++outcome.unmet_targets;
-    }
-}
 }  // namespace
 
 CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
@@ -378,7 +369,13 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
         if (options.collect)
             outcome.already = std::transform_reduce(trial_sets.begin(), trial_sets.end(), std::size_t{0}, std::plus<>(),
                                                     [](const calibrate::TrialSet& one) { return one.count(); });
-        if (options.targets.empty()) count_ended(trial_sets, outcome);
+        outcome.unfinished = outcome.failed = outcome.unmet_targets = 0;
+        for (const calibrate::TrialSet& one : trial_sets) {
+            if (!options.targets.empty()) break;
+            if (!one.ended()) ++outcome.unfinished;
+            else if (!one.has_result()) ++outcome.failed;
+            else if (!one.measurement()->reached) ++outcome.unmet_targets;
+        }
         return outcome.unfinished == 0 && !outcome.stopped;
     };
     conclude(options, read, [&](bool) {

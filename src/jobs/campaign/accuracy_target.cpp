@@ -111,14 +111,6 @@ const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::S
     fail_input({.file = "wanted number " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
                target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
 }
-
-/// What a number can be at most; infinity: not known.
-double largest_of(const std::string& observable, bool is_fraction) {
-    return is_fraction || observable == "onset" || observable == "nematic_order" ||
-                   observable.ends_with("area_fraction")
-               ? 1.0
-               : INFINITY;
-}
 }  // namespace
 
 AccuracyTarget parse_accuracy_target(const std::string& given) {
@@ -167,7 +159,9 @@ void require_unit(const AccuracyTarget& target, const std::string& unit, double 
 }
 
 void require_plausible(const AccuracyTarget& target, const std::string& unit, bool is_fraction) {
-    require_small_error(target, unit, largest_of(target.observable, is_fraction), "is at most");
+    const bool is_at_most_1 = is_fraction || target.observable == "onset" || target.observable == "nematic_order" ||
+                              target.observable.ends_with("area_fraction");
+    require_small_error(target, unit, is_at_most_1 ? 1.0 : INFINITY, "is at most");
 }
 
 void require_plausible(const AccuracyTarget& target, const measure::Summary& summary) {

@@ -54,30 +54,6 @@ struct CampaignOutcome {
     std::size_t held = 0;  ///< units that other processes, which live, are still computing
 };
 
-// ---- When a command with many jobs stops before its end
-
-/// What this process has run so far.
-struct Progress {
-    std::size_t ended = 0;      ///< jobs
-    std::size_t failed = 0;     ///< of them
-    double core_seconds = 0.0;  ///< of all jobs together
-};
-
-/// Replaces the rules by these, such as "failures=5", for all campaigns of this process.  Throws an input Error for a
-/// text that is no rule.
-void set_stop_rules(const std::vector<std::string>& rules);
-
-/// As they were given.
-std::vector<std::string> stop_rules();
-
-/// The names of all rules with their meanings, for the help of a command.
-std::string stop_rules_help();
-
-/// The first rule that is met; "": none.
-std::string met_rule(const Progress& progress);
-
-// ---- Its processes
-
 /// The part of one process in a campaign.
 class Campaign {
 public:
@@ -141,5 +117,27 @@ Working working_in(const std::filesystem::path& folder);
 /// One line: units done, failed, running, the rate and the time left.
 std::string campaign_status(const std::filesystem::path& folder, const std::vector<UnitRecord>& records,
                             const std::vector<std::string>& keys);
+
+// ---- When a command with many jobs stops before its end
+
+/// What this process has run so far.
+struct Progress {
+    std::size_t ended = 0;      ///< jobs
+    std::size_t failed = 0;     ///< of them
+    double core_seconds = 0.0;  ///< of all jobs together
+};
+
+/// Replaces the rules by these, such as "failures=5", for all campaigns of this process.  Throws an input Error for a
+/// text that is no rule.
+void set_stop_rules(const std::vector<std::string>& rules);
+
+/// As they were given.
+std::vector<std::string> stop_rules();
+
+/// The names of all rules with their meanings, for the help of a command.
+std::string stop_rules_help();
+
+/// The first rule that is met; "": none.
+std::string met_rule(const Progress& progress);
 
 }  // namespace drover::jobs

@@ -75,12 +75,9 @@ Manifest manifest_of(const io::Scene& scene, const fs::path& folder) {
         if (common_text(first) == common_text(scene)) return {there, numbered_points(first)};
         if (is_ramp(scene) || fresh.content.starts_with(there)) return fresh;  // the latter: its writer was killed
         io::Scene other = scene;  // with what may differ as it is there, for the message that it is another scene
-        other.sweep.vary = first.sweep.vary;
-        other.sweep.seeds = first.sweep.seeds;
-        other.sweep.refine = first.sweep.refine;
-        other.sweep.refine_levels = first.sweep.refine_levels;
-        other.sweep.want = first.sweep.want;
-        other.sweep.max_seeds = first.sweep.max_seeds;
+        other.sweep = first.sweep;
+        other.sweep.ramp = scene.sweep.ramp;
+        other.sweep.keep = scene.sweep.keep;
         return {without_workers(other), {}};
     } catch (const Error& error) {
         if (error.fault() != Fault::input) throw;

@@ -28,11 +28,6 @@ double unit_of_time(const io::Scene& scene) {
                                                                                     : scene.output.sample_every;
 }
 
-std::vector<Bias> scaled(std::vector<Bias> biases, double factor) {
-    for (Bias& bias : biases) bias = {factor * bias.value, std::abs(factor) * bias.error};
-    return biases;
-}
-
 Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
 
 std::string text_of(const LevelOutcome& outcome) {

@@ -64,7 +64,6 @@ double unit_of_time(const io::Scene& scene);
 /// the error of all runs is as large, the fields are chaotic: it says nothing of the step.
 void reject_wrong_steps(std::vector<std::vector<TrialMeasurement>>& runs);
 
-std::vector<Bias> scaled(std::vector<Bias> biases, double factor);
 /// a - b, of independent numbers.
 Bias less(const Bias& a, const Bias& b);
 

@@ -36,12 +36,6 @@ double variance_time(const Findings& found, const Fluctuation& fluctuation, cons
     return rarity(found, fluctuation, step) * std::pow(fluctuation.error, 2) * (found.duration - found.warm_up);
 }
 
-/// The standard error of a wanted number over a duration, from that of the trials.
-double statistics_over(const Findings& found, const Fluctuation& fluctuation, const LevelFound& step, double duration) {
-    if (!found.statistical) return 0.0;
-    return std::sqrt(variance_time(found, fluctuation, step) / std::max(duration - found.warm_up, 1e-9));
-}
-
 /// The cost of a run with these levels: costs of grid and model multiply, since each was compared on one of the others.
 double seconds_of(const Findings& found, const Candidate& one) {
     const double grid_start = one.grid->start_seconds / std::max(found.pilot_start, 1e-9),
@@ -58,8 +52,10 @@ bool weigh(const Findings& found, Candidate& one, double end) {
     const std::vector<Fluctuation>& fluctuations = fluctuations_of(one, check);
     one.ratio = 0.0;
     for (std::size_t w = 0; w < found.targets.size(); ++w) {
-        one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w],
-                             statistics_over(found, fluctuations[w], *one.step, one.end), std::nullopt});
+        one.parts.push_back({one.step->biases[w], one.grid->biases[w], one.model->biases[w], 0.0, std::nullopt});
+        if (found.statistical)  // from the error over the duration of the trials
+            one.parts.back().statistics =
+                std::sqrt(variance_time(found, fluctuations[w], *one.step) / std::max(one.end - found.warm_up, 1e-9));
         if (check != nullptr) one.parts.back().whole = check->biases[w];
         const double ratio = one.parts.back().bound() / found.allowed[w];
         if (!std::isfinite(ratio)) return false;

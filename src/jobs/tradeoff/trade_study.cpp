@@ -278,10 +278,11 @@ private:
             const StepLadder& ladder = ladders_[one.ladder];
             // Two methods may agree by chance: the error is at least that which the ladder itself shows.
             if (one.level > 0 && runs[one.ladder][one.level - 1].is_measured()) {
-                const std::vector<Bias> last = scaled(bench_.differences(runs[one.ladder][one.level - 1], one.run),
-                                                      1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0));
+                const std::vector<Bias> last = bench_.differences(runs[one.ladder][one.level - 1], one.run);
+                const double part = 1.0 / (std::pow(ladder.shorter, ladder.order) - 1.0);
                 for (std::size_t w = 0; w < own.size(); ++w)
-                    if (std::abs(last[w].value) > std::abs(own[w].value)) own[w] = last[w];
+                    if (std::abs(part * last[w].value) > std::abs(own[w].value))
+                        own[w] = {part * last[w].value, part * last[w].error};
             }
             reference_ = on_pilot_grid(ladder.levels[one.level].overrides);
             reference_bias_ = own;

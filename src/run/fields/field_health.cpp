@@ -54,15 +54,11 @@ std::vector<FieldRange> field_ranges(const model::Equations& equations) {
     return ranges;
 }
 
-/// Change of each component, relative to its size.
-std::vector<double> changes_between(const numerics::Grid& grid, const numerics::Spectra& before,
-                                    const numerics::Spectra& after, const std::vector<double>& scales) {
-    std::vector<double> changes;
-    for (int c = 0; c < after.count(); ++c) {
-        const double size = std::max(root_mean_square(grid, before[c]), scales[static_cast<std::size_t>(c)]);
-        changes.push_back(size > 0.0 ? root_mean_square(grid, after[c], before[c]) / size : 0.0);
-    }
-    return changes;
+/// Change of a component, relative to its size, which is at least `scale`.
+double change_between(const numerics::Grid& grid, std::span<const Complex> before, std::span<const Complex> after,
+                      double scale) {
+    const double size = std::max(root_mean_square(grid, before), scale);
+    return size > 0.0 ? root_mean_square(grid, after, before) / size : 0.0;
 }
 
 /// Fraction of the variance of a field in the shortest waves of the grid.
@@ -90,11 +86,12 @@ FirstFailure find_first_failure(model::FieldEvolution& evolution, const FieldHea
         }
         if (!std::ranges::all_of(state.values, [&](Complex value) { return is_finite(value, state.size); }))
             return found;
-        const std::vector<double> changes = changes_between(evolution.linear().grid, before, state, health.scales);
         found = {};
         for (const FieldRange& field : field_ranges(evolution.what().equations))
             for (int c = field.first; c < field.first + field.count; ++c)
-                if (const double change = changes[static_cast<std::size_t>(c)]; change > found.change)
+                if (const double change = change_between(evolution.linear().grid, before[c], state[c],
+                                                         health.scales[static_cast<std::size_t>(c)]);
+                    change > found.change)
                     found = {.field = field,
                              .change = change,
                              .tail = tail_of(evolution.linear(), state, field),

@@ -68,15 +68,6 @@ void save(const Simulation& simulation, std::int64_t step, files::Archive& archi
     files::write_checkpoint(files.archive, checkpoint);
 }
 
-/// Every recording has a row of the last step.  It is written after the last checkpoint, which counts only scheduled
-/// rows: a run that is extended later has the same rows as one of that length from the start.
-void append_last(const Simulation& simulation, std::int64_t step, files::Archive& archive) {
-    for (std::size_t r = 0; r < simulation.recordings.size(); ++r) {
-        if (!is_due(simulation.recordings[r], step)) append_row(simulation, r, step, archive);
-    }
-    archive.commit();
-}
-
 /// Calls a function of the simulation; if it fails, the frames before it are committed.
 template <class Work>
 void keeping_frames(Commits& commits, Work work) {
@@ -139,7 +130,13 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
     }
     const std::int64_t step = advance_to_end(simulation, first, archive, commits, files, quiet);
     save(simulation, step, archive, commits, files);
-    if (step == simulation.steps) append_last(simulation, step, archive);
+    // Every recording has a row of the last step.  It is written after the last checkpoint, which counts only scheduled
+    // rows: a run that is extended later has the same rows as one of that length from the start.
+    if (step == simulation.steps) {
+        for (std::size_t r = 0; r < simulation.recordings.size(); ++r)
+            if (!is_due(simulation.recordings[r], step)) append_row(simulation, r, step, archive);
+        archive.commit();
+    }
     if (const std::string words = simulation.describe(); !quiet && !words.empty()) log_information("{}", words);
     return {.first = first,
             .step = step,

@@ -92,11 +92,6 @@ StepBiasEstimate by_comparison(const Differences& all, std::size_t k, double uns
     return {.bias = sum, .error = unseen * size};
 }
 
-/// DN, the square root of a variance.
-StepBiasEstimate of_root(const StepBiasEstimate& variance, double root) {
-    return {variance.bias / (2.0 * root), variance.error / (2.0 * root)};
-}
-
 /// d ln DN/d ln N between two boxes.
 StepBiasEstimate of_exponent(const StepBiasEstimate& small, double small_variance, const StepBiasEstimate& large,
                              double large_variance, double log_ratio) {
@@ -119,7 +114,7 @@ void add_boxes(const std::vector<std::string>& densities, const measure::Summary
             const std::vector<StepBiasEstimate>& of = variance->second;
             for (std::size_t b = 0; b < of.size(); ++b) {
                 const double root = mean(*deviation, b);
-                roots.push_back(of_root(of[b], root));
+                roots.push_back({of[b].bias / (2.0 * root), of[b].error / (2.0 * root)});  // of that of a variance
                 exponents.emplace_back();
                 if (b + 1 < of.size())
                     exponents.back() = of_exponent(of[b], root * root, of[b + 1], std::pow(mean(*deviation, b + 1), 2),

@@ -15,12 +15,6 @@ std::vector<double> values_of(const std::vector<measure::RecordedSeries>& series
     return row ? row->values : std::vector<double>();
 }
 
-/// Energy that the plates and gravity can give a body of this mass [mg mm^2/s^2].
-double energy_scale(const dem::Setup& setup, double mass, double height) {
-    const double speed = 2.0 * std::numbers::pi * setup.plates.frequency * setup.plates.amplitude;
-    return mass * (speed * speed + std::abs(setup.gravity.z) * height);
-}
-
 /// Adds a warning that `what` stopped if the observable is below `threshold` from some sample to the last of at least
 /// two.
 void add_stopped(const std::string& observable, const std::string& what,
@@ -85,9 +79,11 @@ std::vector<std::string> particle_state_warnings(const io::Scene& scene, const d
     std::vector<std::string> warnings;
     BodyKind beads{.prefix = "bead", .bodies = "beads", .count = bodies.beads.size()},
         rods{.prefix = "rod", .bodies = "rods", .count = bodies.rods.size()};
-    const auto scale_of = [&](std::uint32_t shape) {
+    const dem::Plates& plates = scene.particles.plates;
+    const double speed = 2.0 * std::numbers::pi * plates.frequency * plates.amplitude;
+    const auto scale_of = [&](std::uint32_t shape) {  // energy that the plates and gravity can give [mg mm^2/s^2]
         const dem::Shape& s = bodies.shapes[shape];
-        return energy_scale(scene.particles, s.mass, 2.0 * s.radius.front());
+        return s.mass * (speed * speed + std::abs(scene.particles.gravity.z) * (2.0 * s.radius.front()));
     };
     for (const dem::Bead& bead : bodies.beads) beads.scale += scale_of(bead.shape) / static_cast<double>(beads.count);
     for (const dem::Rod& rod : bodies.rods) rods.scale += scale_of(rod.shape) / static_cast<double>(rods.count);

@@ -162,23 +162,17 @@ int points_that_resolve(int points, double tail) {
     return result;
 }
 
-/// The largest value on the grid, or the largest size, in each sample.
-std::vector<double> largest_values(const files::ArchiveReader& archive, const model::Field& field) {
-    std::vector<double> largest;
-    for (const std::string& name : {"min_" + field.name, "max_" + field.name, "largest_" + field.name}) {
-        const std::vector<double> values = series_of(archive, name);
-        largest.resize(std::max(largest.size(), values.size()), 0.0);
-        for (std::size_t i = 0; i < values.size(); ++i) largest[i] = std::max(largest[i], std::abs(values[i]));
-    }
-    return largest;
-}
-
 /// Whether deviations of a field from its mean are rounding errors of its values.  One that starts at 0 has rounding
 /// errors of what other fields make of it, and no size to compare with but its unit.
-bool is_rounding(const std::vector<double>& largest, const std::vector<double>& variances) {
+bool is_rounding(const files::ArchiveReader& archive, const model::Field& field, const std::vector<double>& variances) {
     constexpr double rounding = 1e-10;
-    double size = largest.empty() || largest.front() == 0.0 ? 1.0 : 0.0;
-    for (const double value : largest) size = std::max(size, value);
+    double size = 0.0, at_start = 0.0;  // the largest on the grid
+    for (const std::string& name : {"min_" + field.name, "max_" + field.name, "largest_" + field.name}) {
+        const std::vector<double> values = series_of(archive, name);
+        for (const double value : values) size = std::max(size, std::abs(value));
+        if (!values.empty()) at_start = std::max(at_start, std::abs(values.front()));
+    }
+    if (at_start == 0.0) size = std::max(size, 1.0);
     return *std::ranges::max_element(variances) < rounding * rounding * size * size;
 }
 
@@ -197,7 +191,7 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
             continue;
         const double own = *std::ranges::max_element(variances),
                      scale = scale_of(what.equations, field, at, states_of(scene, what.equations));
-        if (own == 0.0 || (scale == 0.0 && is_rounding(largest_values(archive, field), variances))) continue;
+        if (own == 0.0 || (scale == 0.0 && is_rounding(archive, field, variances))) continue;
         const double min_power = scale > 0.0 ? max_spectral_tail * std::max(max_spectral_tail * scale * scale, own)
                                              : 1e-12 * own;  // not of rounding
         Tail worst = worst_tail(scale > 0.0, times, tails, variances, min_power);
