@@ -8,6 +8,7 @@
 
 #include "analysis/analysed_state.hpp"
 #include "analysis/boundary_plan.hpp"
+#include "analysis/states.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
 #include "run/fields/scene_equations.hpp"
@@ -278,7 +279,7 @@ theory::BoundaryLine line_in(const numerics::Rectangle& plane, const std::vector
 
 struct BinodalLines {
     theory::Boundary boundary;
-    std::vector<std::string> ends;  ///< why lines end within the plane
+    std::vector<std::string> ends;  ///< why lines end within the plane, and whether the grid resolves them
 };
 
 /// The binodal of each phase: from the state of two phases next to the initial fields of the scene, along the other
@@ -289,6 +290,8 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
     io::Scene line = run::line_of(scene);
     if (!convention.empty()) set_convention(line.model, convention);
     const BinodalAxes axes = axes_of(run::equations_of(line), planned);
+    const model::Integrated here = run::integrated_of(line);
+    const int degree = here.equations.linear_system(line.grid, here.kept_degree).degree;
     const theory::TravellingProblem problem{.at =
                                                 [line, other = axes.other](double value) {
                                                     run::check_stop_signal();
@@ -297,17 +300,23 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
                                                     return run::integrated_of(changed);
                                                 },
                                             .parameter = axes.other.in(line),
-                                            .grid = line.grid};
+                                            .grid = line.grid,
+                                            .tail =
+                                                [grid = line.grid, degree](const numerics::TravellingState& state) {
+                                                    return tail_of(state, grid, degree);
+                                                }};
     numerics::TravellingSolver solver(theory::travelling_family(problem, threads));
     const numerics::TravellingState first = run::find_state(run::travelling_guess(scene, line, threads), solver);
     Branches whole;
     BinodalLines found;
+    double tail = 0.0;
     for (const double last : {axes.other.from, axes.other.to}) {
         const theory::Binodal binodal =
             theory::trace_binodal(problem, first, axes.component, last, steps_along_plane, threads);
         if (!binodal.ends.empty())
             found.ends.push_back(text("the binodals end at {} = {:.6g}, before {:.6g}: {}", axes.other.name,
                                       binodal.points.back().parameter, last, binodal.ends));
+        tail = std::max(tail, binodal.tail);
         const Branches part = branches_of(binodal, axes);
         const auto join = [&](std::vector<numerics::PlanePoint>& to, const std::vector<numerics::PlanePoint>& more) {
             std::ranges::reverse(to);
@@ -316,6 +325,12 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
         join(whole.low, part.low);
         join(whole.high, part.high);
     }
+    if (tail > theory::max_state_tail)
+        found.ends.push_back(
+            text("the grid does not resolve all states of the binodals: up to {:.2g} of the variance of a "
+                 "field is in the shortest waves of the grid; expected less than {:.0e}: choose "
+                 "grid.nx = {}",
+                 tail, theory::max_state_tail, 2 * line.grid.nx));
     for (const std::vector<numerics::PlanePoint>* points : {&whole.low, &whole.high})
         if (theory::BoundaryLine one = line_in(planned.rectangle(), *points, axes.swapped); !one.points.empty())
             found.boundary.lines.push_back(std::move(one));

@@ -21,6 +21,28 @@
 namespace drover::analysis {
 
 namespace {
+/// Sum of the squares of all waves of a component but that of q = 0, and of q = 0.
+std::pair<double, double> squares_of(std::span<const numerics::Complex> modes) {
+    double waves = 0.0;
+    for (std::size_t m = 1; m < modes.size(); ++m) waves += 2.0 * std::norm(modes[m]);
+    return {waves, std::norm(modes[0])};
+}
+}  // namespace
+
+double tail_of(const numerics::TravellingState& at, const numerics::Grid& grid, int degree) {
+    constexpr double rounding = 1e-20;  // of squares: what is left of a component that is uniform
+    double size = 0.0, largest = 0.0;
+    for (int c = 0; c < at.state.count(); ++c) {
+        const auto [waves, mean] = squares_of(at.state[c]);
+        size = std::max(size, waves + mean);
+    }
+    for (int c = 0; c < at.state.count(); ++c)
+        if (squares_of(at.state[c]).first > rounding * size)
+            largest = std::max(largest, measure::tail_of(grid, degree, at.state, c, 1));
+    return largest;
+}
+
+namespace {
 using numerics::TravellingState;
 
 /// The number of the model that --follow names.
@@ -169,42 +191,20 @@ Point point_of(const TravellingState& at, const StatesProblem& problem, numerics
     return point;
 }
 
-/// Sum of the squares of all waves of a component but that of q = 0, and of q = 0.
-std::pair<double, double> squares_of(std::span<const numerics::Complex> modes) {
-    double waves = 0.0;
-    for (std::size_t m = 1; m < modes.size(); ++m) waves += 2.0 * std::norm(modes[m]);
-    return {waves, std::norm(modes[0])};
-}
-
-/// The largest part of the variance of a component that is in the shortest waves of the grid.
-double tail_of(const TravellingState& at, const StatesProblem& problem) {
-    constexpr double rounding = 1e-20;  // of squares: what is left of a component that is uniform
-    double size = 0.0, largest = 0.0;
-    for (int c = 0; c < at.state.count(); ++c) {
-        const auto [waves, mean] = squares_of(at.state[c]);
-        size = std::max(size, waves + mean);
-    }
-    for (int c = 0; c < at.state.count(); ++c)
-        if (squares_of(at.state[c]).first > rounding * size)
-            largest = std::max(largest, measure::tail_of(problem.grid(), problem.degree, at.state, c, 1));
-    return largest;
-}
-
 /// Of the states, where it is too large for their digits to mean anything.
 void add_unresolved(const std::vector<TravellingState>& states, const StatesProblem& problem, run::Record& root) {
-    constexpr double max_tail = 1e-6;  // waves of a thousandth of the state
-    const auto is_less = [&](const auto& a, const auto& b) { return tail_of(a, problem) < tail_of(b, problem); };
-    const TravellingState& worst = *std::ranges::max_element(states, is_less);
+    const auto tail = [&](const TravellingState& at) { return tail_of(at, problem.grid(), problem.degree); };
+    const TravellingState& worst = *std::ranges::max_element(states, {}, tail);
     root.entries.push_back(run::number("spectral_tail", "1",
                                        "largest part of the variance of a component in the shortest waves of the grid",
-                                       tail_of(states.front(), problem), 2));
-    if (tail_of(worst, problem) <= max_tail) return;
+                                       tail(states.front()), 2));
+    if (tail(worst) <= theory::max_state_tail) return;
     const std::string where =
         problem.followed ? text(" at {} = {:.6g}", problem.followed->key, worst.parameter) : std::string();
     root.footer.push_back(text(
         "the grid does not resolve the state{}: {:.2g} of the variance of a field is in the shortest waves of the grid "
         "(spectral_tail); expected less than {:.0e}: choose grid.nx = {}",
-        where, tail_of(worst, problem), max_tail, 2 * problem.grid().nx));
+        where, tail(worst), theory::max_state_tail, 2 * problem.grid().nx));
 }
 
 double growth_of(const Point& point) { return point.perturbations.empty() ? nan : point.perturbations.front().real(); }

@@ -5,6 +5,7 @@
 
 #include "drover/base/threads.hpp"
 #include "io/scene.hpp"
+#include "numerics/solvers/travelling_state.hpp"
 #include "run/result.hpp"
 
 namespace drover::analysis {
@@ -22,5 +23,9 @@ struct StatesOptions {
 /// the curve of states.  Archives hold the fields as frames, which initial.kind = "file" accepts.  Throws an input
 /// Error for a key that is not a number of the model, and as numerics::TravellingSolver.
 run::Result make_states(const io::Scene& scene, const StatesOptions& options, Threads& threads);
+
+/// The largest part of the variance of a component of a state that is in the shortest waves of a grid that keeps the
+/// modes of products of this degree.
+double tail_of(const numerics::TravellingState& state, const numerics::Grid& grid, int degree);
 
 }  // namespace drover::analysis

@@ -64,7 +64,7 @@ struct Recorded {
 struct Summary {
     std::size_t samples = 0;  ///< recorded, including the warm-up
     std::size_t warm_up = 0;  ///< samples left out at the start, the same for all rows
-    std::string note;         ///< says that the warm-up may not have ended; else ""
+    std::string note;  ///< what the means may not be trusted in, such as a warm-up that may not have ended; else ""
     std::vector<SummaryRow> rows;
 };
 

@@ -88,15 +88,28 @@ std::optional<Coexistence> phases_of(const TravellingProblem& problem, const Tra
     return found;
 }
 
+namespace {
+std::string unresolved(double tail) {
+    return text(
+        "a grid that resolves the fronts: {:.2g} of the variance is in its shortest waves, at most {:.0e} are "
+        "right; choose a larger grid.nx",
+        tail, max_state_tail);
+}
+}  // namespace
+
 Binodal trace_binodal(const TravellingProblem& problem, const TravellingState& first, int component, double last,
                       int steps, Threads& threads) {
     constexpr int max_halvings = 6;
     const std::optional<Coexistence> start = phases_of(problem, first, component, threads);
+    const auto tail_of = [&](const TravellingState& state) { return problem.tail ? problem.tail(state) : 0.0; };
+    Binodal binodal{.points = {}, .ends = {}, .tail = tail_of(first)};
     if (!start)
         fail_run(
-            "the state does not consist of two phases: its density has no two plateaus; expected a cell that is much "
-            "longer than both of its fronts, and a mean density between those of the phases");
-    Binodal binodal{.points = {*start}, .ends = {}};
+            "the state does not consist of two phases: its density has no two plateaus; expected {}",
+            binodal.tail > max_state_tail
+                ? unresolved(binodal.tail)
+                : "a cell that is much longer than both of its fronts, and a mean density between those of the phases");
+    binodal.points.push_back(*start);
     TravellingState at = first;
     const double whole = (last - first.parameter) / steps;
     const double part = (first.state[component][0].real() - start->low) / (start->high - start->low);
@@ -108,8 +121,12 @@ Binodal trace_binodal(const TravellingProblem& problem, const TravellingState& f
             moved.parameter = is_last ? last : at.parameter + step;
             TravellingState found = next_state(moved, at, binodal.points.back(), component, part, threads);
             const std::optional<Coexistence> phases = phases_of(moved, found, component, threads);
+            const double tail = tail_of(found);
             if (!phases)
-                fail_run("one of the two phases has no plateau any more: the fronts are too wide for the cell");
+                fail_run("one of the two phases has no plateau any more: {}",
+                         tail > max_state_tail ? "expected " + unresolved(tail)
+                                               : "the fronts are too wide for the cell");
+            binodal.tail = std::max(binodal.tail, tail);
             binodal.points.push_back(*phases);
             at = std::move(found);
             step = std::copysign(std::min(std::abs(2.0 * step), std::abs(whole)), whole);

@@ -15,7 +15,12 @@ struct TravellingProblem {
     std::function<model::Integrated(double parameter)> at;  ///< what is integrated at a value of the parameter
     double parameter = 0.0;                                 ///< of the state that is looked for
     numerics::Grid grid;
+    /// The largest part of the variance of a component of a state in the shortest waves of the grid; none: not asked.
+    std::function<double(const numerics::TravellingState&)> tail = {};
 };
+
+/// The tail beyond which digits of a state mean nothing: waves of a thousandth of it.
+inline constexpr double max_state_tail = 1e-6;
 
 /// What is integrated at the last value of the parameter is kept.  Its systems throw an input Error for a term that
 /// depends on position or time.
@@ -32,6 +37,7 @@ struct Coexistence {
 struct Binodal {
     std::vector<Coexistence> points;  ///< in the order of the parameter; the first is that of the first state
     std::string ends;                 ///< why it ends before the last parameter; "": it does not
+    double tail = 0.0;                ///< the largest of the states
 };
 
 /// The phases of a state; nothing where a density has no plateaus.  `component`: of the density in question.

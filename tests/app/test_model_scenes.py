@@ -305,6 +305,20 @@ def test_binodals_and_the_spinodal_of_cahn_and_hilliard_are_those_of_its_free_en
             assert (min(y for _, y in line), max(y for _, y in line)) == pytest.approx((0.8, 1.2), abs=1e-6)
 
 
+def test_binodals_on_a_grid_that_does_not_resolve_their_fronts_say_so(tmp_path):
+    """Waves of fronts tanh(x/w), w = sqrt(2 kappa) = 0.77, decay as exp(-pi q w/2): of the shortest sixth of the waves
+    of 512 points, from q = 9 on, the square is some 1e-9 of the whole, of 64 points, from q = 1.1 on, not below 1e-3.
+    """
+    binodal = (MODELS / "cahn-hilliard.toml", "uniform.composition = -1.2:1.2", "kappa = 0.29:0.31", ["binodal"],
+               "grid.ny=1", "grid.lx=60", 'initial.kind="formula"', "initial.amplitude=0", "coefficients.kappa=0.3",
+               'initial.composition="tanh((x - 15)/0.8) - tanh((x - 45)/0.8) - 1"')
+    said = {points: drover(tmp_path, "boundary", binodal[0], "--x", binodal[1], "--y", binodal[2],
+                           *settings(['boundary.lines=["binodal"]', "boundary.map=0", *binodal[4:],
+                                      f"grid.nx={points}"]), status=None) for points in (64, 512)}
+    assert "resolve" in said[64].stdout + said[64].stderr and "choose" in said[64].stdout + said[64].stderr
+    assert "resolve" not in said[512].stdout + said[512].stderr and said[512].returncode == 0
+
+
 def on_a_terminal(folder, *words, until, seconds=60):
     """The process with standard error on a terminal, and what it has shown there when `until` appears or it ends."""
     ours, its = pty.openpty()

@@ -65,6 +65,16 @@ def test_units_are_called_as_the_scene_says(tmp_path):
     assert "$x$ [cm]" in drawn and "time $t$ [h]" in drawn
 
 
+def test_a_last_sample_off_the_schedule_is_named_in_the_units_of_the_scene(tmp_path):
+    scene = write_scene(tmp_path, {"units.time": "h", "time.end": 1.2, "output.sample_every": 0.5})
+    table = program(tmp_path, "run", scene).stdout
+    assert "the last sample, at t = 1.2 h, comes sooner after the one before" in table
+    assert "the start alone" not in table
+    assert "at least 40 are needed: run for 20 h" in table
+    alone = program(tmp_path, "run", scene, "-o", "one.h5", "--set", "output.sample_every=2.0").stdout
+    assert "which are of the start alone: choose output.sample_every of at most time.end" in alone
+
+
 @pytest.mark.parametrize("name", ["", "mm 2", "1", "m/s"])
 def test_the_name_of_a_unit_is_one_word(name, tmp_path):
     scene = write_scene(tmp_path, {"units.length": name})

@@ -5,6 +5,7 @@
 
 #include "base/constants.hpp"
 #include "base/mapped.hpp"
+#include "drover/base/text.hpp"
 
 namespace drover::run {
 
@@ -24,6 +25,7 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
                       .samples = times.size(),
                       .warm_up = std::nullopt};
     if (every > 0.0) sampling.samples = rows_on_schedule(times, sampling.spacing);
+    sampling.leaves_out_last = sampling.samples < times.size();
     if (scene.analysis.warm_up >= 0.0 && scene.analysis.warm_up < scene.time.end)
         sampling.warm_up = static_cast<std::size_t>(std::ceil(scene.analysis.warm_up / sampling.spacing - 1e-9));
     return sampling;
@@ -37,6 +39,13 @@ Report summary_report(const io::Scene& scene, const Sampling& sampling, measure:
     report.scene = scene;
     report.time = sampling.end;
     report.summary = measure::summarise(recorded);
+    if (sampling.leaves_out_last)
+        report.summary.note += text(
+            "{}the last sample, at t = {}, comes sooner after the one before than the others and is left out of all "
+            "means{}",
+            report.summary.note.empty() ? "" : "; ", io::in_unit("{:.6g}", sampling.end, "s", scene.units),
+            sampling.samples < 2 ? ", which are of the start alone: choose output.sample_every of at most time.end"
+                                 : "");
     return report;
 }
 

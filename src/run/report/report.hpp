@@ -73,6 +73,7 @@ struct Sampling {
     double spacing = 1.0;  ///< [s]
     std::size_t samples = 0;
     std::optional<std::size_t> warm_up;  ///< in samples, where the scene sets it
+    bool leaves_out_last = false;        ///< the last sample is off the schedule
 };
 Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene, const std::string& group);
 
