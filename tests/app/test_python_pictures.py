@@ -291,6 +291,13 @@ def test_an_observable_with_an_axis_of_its_own_is_drawn_as_a_line_for_each_value
     assert np.ptp(bars[1].get_segments()[0][:, 1]) == pytest.approx(2.0 * 0.1 / q[0])
     assert len({line.get_color() for line in axes.lines}) == 3 and axes.get_xlabel() == "wavenumber"
     assert axes.get_xscale() == axes.get_yscale() == "log" and clear(axes)
+    places = xarray.DataArray(np.outer([1.0, 2.0, 3.0], q), dims=("relaxation.rate", "wavenumber"),
+                              attrs={"units": "mm-1"})  # points of cells of different size
+    sweep.data = sweep.data.assign(wavenumber_values=places)
+    axes = sweep.plot("structure_factor")
+    assert [line.get_xdata().max() for line in axes.lines if line.get_linestyle() == "-"] == [
+        rate * max(q) for rate in (1.0, 2.0, 3.0)]
+    assert "mm" in axes.get_xlabel()
     two = sweep_of({"relaxation.rate": [1.0, 2.0], "current.speed": [1.0, 2.0]}, lambda rate, speed: rate)
     two.data = two.data.assign(spectrum=two.data.polar_order * xarray.DataArray(q, {"wavenumber": q}, "wavenumber"))
     with pytest.raises(drover.Error, match="the axes wavenumber beside"):

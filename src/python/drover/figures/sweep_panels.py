@@ -81,21 +81,28 @@ def draw_lines(axes, sweep, name):
 
 
 def draw_family(axes, bar_axes, sweep, name, own):
-    """A line for each value of the key, coloured by it, with errors; open: no error estimate."""
+    """A line for each value of the key, coloured by it, with errors; open: no error estimate.
+
+    Where points have other wavenumbers, or other sides of boxes, the axis counts, and each line has its own places.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
     [key] = sweep.keys
     mean, error = (first_branch(axes, in_order(sweep, sweep.data[part])) for part in (name, f"{name}_error"))
+    places = in_order(sweep, sweep.data.get(f"{own}_values", mean[own]))
+    if "branch" in places.dims:
+        places = places.isel(branch=0)
     values = numpy.asarray(mean[key].values, float)
     spread = values.min() > 0.0 and values.max() > 30.0 * values.min()
     colours = ScalarMappable((LogNorm if spread else Normalize)(values.min(), values.max()), "viridis")
     for value in values:
-        x, y, bar = mean[own].values, mean.sel({key: value}).values, error.sel({key: value}).values
+        x, y, bar = ((array.sel({key: value}) if key in array.dims else array).values
+                     for array in (places, mean, error))
         colour, known = colours.to_rgba(value), numpy.isfinite(bar)
         axes.errorbar(x, y, numpy.nan_to_num(bar), color=colour, marker="none", linewidth=1, elinewidth=0.7)
         for part, face in ((known, colour), (~known, "white")):
             axes.plot(x[part], y[part], "o", color=colour, markerfacecolor=face, markersize=2.5)
-    for axis, drawn in ((axes.set_xscale, mean[own].values), (axes.set_yscale, mean.values)):
+    for axis, drawn in ((axes.set_xscale, places.values), (axes.set_yscale, mean.values)):
         known = drawn[numpy.isfinite(drawn)]
         if known.size and known.min() > 0.0 and known.max() > 30.0 * known.min():
             axis("log")
@@ -103,7 +110,7 @@ def draw_family(axes, bar_axes, sweep, name, own):
                                label=key_label(key, sweep.values))
     if len(values) <= MAX_TICKS:
         bar.set_ticks(values, labels=[f"{value:g}" for value in values])
-    axes.set_xlabel(with_unit(own.replace("_", " "), mean[own]))
+    axes.set_xlabel(with_unit(own.replace("_", " "), places))
     axes.set_ylabel(label(sweep, name))
 
 
