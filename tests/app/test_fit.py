@@ -183,7 +183,7 @@ REFUSED = {
     "a number twice": (["relaxation.rate", "relaxation.rate"], "relaxation.rate is given twice"),
     "a number without effect": (["relaxation.saturation"], "the waves do not depend on relaxation.saturation"),
     "numbers that act alike": (["relaxation.rate", "relaxation.contact"], "only a combination of relaxation.rate and"),
-    "too few frames": (["relaxation.rate", "--to", "20"], "has 41 frames from 0 to 20 s"),
+    "too few frames": (["relaxation.rate", "--to", "20"], "has 41 frames from 0 s to 20 s"),
     "too many waves": (["relaxation.rate", "--max-wavenumber", "100"], "at most 400 waves"),
     "a density": (["uniform.rod_density"], "expected a coefficient of the equations"),
     "no noise": (["noise.order", "--set", "noise.order=0", "--set", "noise.rods=0", "--set",
