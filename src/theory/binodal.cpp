@@ -89,10 +89,11 @@ std::optional<Coexistence> phases_of(const TravellingProblem& problem, const Tra
 }
 
 namespace {
+/// What is expected of the grid, for messages.
 std::string unresolved(double tail) {
     return text(
-        "a grid that resolves the fronts: {:.2g} of the variance is in its shortest waves, at most {:.0e} are "
-        "right; choose a larger grid.nx",
+        "a grid that resolves the fronts: {:.2g} of the variance of a field is in its shortest waves, where at most "
+        "{:.0e} should be; choose a larger grid.nx",
         tail, max_state_tail);
 }
 }  // namespace

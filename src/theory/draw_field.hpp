@@ -33,7 +33,7 @@ struct DrawField {
 };
 
 /// Ends of the error band through a point of a line at constant y, and at constant x; NaN where the plane ends before
-/// the band, where the band ends with its state, and where the point itself is not in it.
+/// the band, where the band ends with its state, and where the point itself is neither in it nor on its edge.
 struct BandEnds {
     double x_low = none, x_high = none, y_low = none, y_high = none;
 
