@@ -6,8 +6,8 @@
 #include <functional>
 #include <memory>
 
-#include "analysis/analysed_state.hpp"
 #include "analysis/boundary_plan.hpp"
+#include "analysis/stability.hpp"
 #include "analysis/states.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"

@@ -149,6 +149,19 @@ std::vector<std::string> lines_in(const io::Scene& scene) {
     std::stable_partition(lines.begin(), lines.end(), [](const std::string& name) { return name != binodal_name; });
     return lines;
 }
+
+/// Throws an input Error where no axis of the plane is the density of a field.
+void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned) {
+    const model::Equations equations = run::equations_of(scene);
+    std::string example = "which the model does not have";
+    for (const model::Field& field : equations.model().fields)
+        if (field.spin == 0 && field.conserved) example = "such as uniform." + field.name;
+    require(density_component(equations, planned.x) >= 0 || density_component(equations, planned.y) >= 0,
+            io::locate(scene, "boundary.lines"),
+            "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
+            "the mean density of a field as one axis, {}",
+            planned.x.name, planned.y.name, example);
+}
 }  // namespace
 
 const std::vector<std::string>& line_names() {
@@ -170,21 +183,6 @@ int density_component(const model::Equations& equations, const PlaneNumber& numb
     }
     return -1;
 }
-
-namespace {
-/// Throws an input Error where no axis of the plane is the density of a field.
-void check_binodal_plane(const io::Scene& scene, const PlannedBoundary& planned) {
-    const model::Equations equations = run::equations_of(scene);
-    std::string example = "which the model does not have";
-    for (const model::Field& field : equations.model().fields)
-        if (field.spin == 0 && field.conserved) example = "such as uniform." + field.name;
-    require(density_component(equations, planned.x) >= 0 || density_component(equations, planned.y) >= 0,
-            io::locate(scene, "boundary.lines"),
-            "boundary.lines has \"binodal\", the densities of coexisting phases, and the axes are {} and {}; expected "
-            "the mean density of a field as one axis, {}",
-            planned.x.name, planned.y.name, example);
-}
-}  // namespace
 
 PlannedBoundary plan_boundary(const io::Scene& scene) {
     PlannedBoundary planned;

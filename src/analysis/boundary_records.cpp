@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 
 namespace drover::analysis {
 
@@ -169,20 +170,18 @@ void BandMaps::add_to(run::Record& root) const {
         table.values[1].insert(table.values[1].end(), field.deviation.begin(), field.deviation.end());
     }
     for (std::size_t i = 0; i < names_.front().size(); ++i) {
-        std::vector<double> codes;
-        for (const std::vector<run::Entry>& names : names_) codes.push_back(run::stored_value(names[i]));
         const run::Entry& first = names_.front()[i];
         table.quantities.push_back({first.name, "1", run::stored_meaning(first), {"band_line"}});
-        table.values.push_back(std::move(codes));
+        table.values.push_back(
+            mapped(names_, [i](const std::vector<run::Entry>& names) { return run::stored_value(names[i]); }));
     }
     root.parts.push_back({"band", {.group = "/band", .maps = std::move(table), .shown = {.text = false}}});
 }
 
 MapPoints map_points(const PlannedBoundary& plane, int side) {
     const auto middles = [side](const PlaneAxis& axis) {
-        std::vector<double> values;
-        for (int i = 0; i < side; ++i) values.push_back(axis.from + (i + 0.5) / side * (axis.to - axis.from));
-        return values;
+        return mapped(std::views::iota(0, side),
+                      [&](int i) { return axis.from + (i + 0.5) / side * (axis.to - axis.from); });
     };
     const std::vector<double> xs = middles(plane.x), ys = middles(plane.y);
     MapPoints map{.points = {},

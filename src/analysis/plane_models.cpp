@@ -30,6 +30,24 @@ double area_of_body(const physics::ModelValues& model, const std::string& name) 
     const physics::ModelKey* key = physics::find_key(mean_of + name);
     return key == nullptr ? 0.0 : std::get<double>(key->get(model));
 }
+
+/// A number with a standard error; errors of different numbers are independent.
+struct UncertainNumber {
+    double error = 0.0;
+    std::function<void(io::Scene&, double)> add;
+};
+
+/// All table values of a model that have an error.
+std::vector<UncertainNumber> table_errors(const physics::ModelValues& model) {
+    std::vector<UncertainNumber> result;
+    for (const auto& [key, column] : model.table.columns)
+        for (std::size_t i = 0; i < column.errors.size(); ++i)
+            if (const double error = column.errors[i]; error != 0.0)
+                result.push_back({.error = error, .add = [key = key, i](io::Scene& of, double change) {
+                                      of.model.table.columns.at(key).values[i] += change;
+                                  }});
+    return result;
+}
 }  // namespace
 
 PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const std::string& name,
@@ -192,26 +210,6 @@ model::Equations PlaneModels::equations(const numerics::PlanePoint& point) const
         throw Error(error.fault(), {}, text("{}: {}", place_of(point), error.what()));
     }
 }
-
-namespace {
-/// A number with a standard error; errors of different numbers are independent.
-struct UncertainNumber {
-    double error = 0.0;
-    std::function<void(io::Scene&, double)> add;
-};
-
-/// All table values of a model that have an error.
-std::vector<UncertainNumber> table_errors(const physics::ModelValues& model) {
-    std::vector<UncertainNumber> result;
-    for (const auto& [key, column] : model.table.columns)
-        for (std::size_t i = 0; i < column.errors.size(); ++i)
-            if (const double error = column.errors[i]; error != 0.0)
-                result.push_back({.error = error, .add = [key = key, i](io::Scene& of, double change) {
-                                      of.model.table.columns.at(key).values[i] += change;
-                                  }});
-    return result;
-}
-}  // namespace
 
 std::vector<io::Scene> drawn_scenes(const io::Scene& scene, const std::vector<std::pair<PlaneNumber, double>>& errors) {
     const bool is_own = scene.kind == io::SceneKind::model;

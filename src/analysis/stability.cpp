@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "analysis/analysed_state.hpp"
 #include "base/constants.hpp"
 #include "calibrate/slow_order.hpp"
 #include "measure/unit_product.hpp"

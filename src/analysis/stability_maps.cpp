@@ -3,8 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "analysis/analysed_state.hpp"
+#include "analysis/stability.hpp"
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "theory/instabilities.hpp"
 
 namespace drover::analysis {
@@ -20,15 +21,11 @@ struct Mapped {
 };
 
 std::vector<double> logarithmic(double first, double last, int count) {
-    std::vector<double> result;
-    for (int k = 0; k < count; ++k) result.push_back(first * std::pow(last / first, k / (count - 1.0)));
-    return result;
+    return mapped(std::views::iota(0, count), [&](int k) { return first * std::pow(last / first, k / (count - 1.0)); });
 }
 
 std::vector<double> indices(Eigen::Index count) {
-    std::vector<double> result;
-    for (Eigen::Index i = 0; i < count; ++i) result.push_back(static_cast<double>(i));
-    return result;
+    return mapped(std::views::iota(Eigen::Index{0}, count), [](Eigen::Index i) { return static_cast<double>(i); });
 }
 
 /// Rates at q and -q are complex conjugates: half a turn has all of them, a quarter where the state is
@@ -36,9 +33,7 @@ std::vector<double> indices(Eigen::Index count) {
 std::vector<double> map_angles(const AnalysedState& state, int per_quarter) {
     if (state.is_mapped_along_x) return {0.0};
     const int quarters = state.linear.is_mirrored() ? 1 : 2, steps = (per_quarter - 1) * quarters;
-    std::vector<double> angles;
-    for (int a = 0; a <= steps; ++a) angles.push_back(0.5 * pi * quarters * a / steps);
-    return angles;
+    return mapped(std::views::iota(0, steps + 1), [&](int a) { return 0.5 * pi * quarters * a / steps; });
 }
 
 void add_map(const std::string& name, const std::string& unit, const std::string& meaning,
@@ -184,9 +179,8 @@ std::vector<double> structure_frequencies(const Mapped& mapped, double q, int co
         }
     }
     const double largest = fastest > 0.0 ? fastest : slowest;
-    std::vector<double> result;
-    for (int k = 0; k < count; ++k) result.push_back(2.0 * largest * (2.0 * k / (count - 1.0) - 1.0));
-    return result;
+    return drover::mapped(std::views::iota(0, count),
+                          [&](int k) { return 2.0 * largest * (2.0 * k / (count - 1.0) - 1.0); });
 }
 
 /// Of any wave.
@@ -204,8 +198,8 @@ files::ResultTable stability_maps(const io::StabilityPlan& plan, const numerics:
                         .angles = map_angles(state, plan.angles),
                         .wavenumbers = logarithmic(search.min, search.max, wavenumbers),
                         .threads = threads};
-    std::vector<double> degrees;
-    for (const double angle : mapped.angles) degrees.push_back(angle / radians_per_degree);
+    const std::vector<double> degrees =
+        drover::mapped(mapped.angles, [](double angle) { return angle / radians_per_degree; });
     const double sound = plan.sound > 0.0 ? plan.sound : smallest_wavenumber(grid);
     const std::vector<double> frequencies = structure_frequencies(mapped, sound, plan.frequencies);
     files::ResultTable table{

@@ -16,7 +16,6 @@
 #include "run/loop/signals.hpp"
 #include "run/number_lists.hpp"
 #include "theory/binodal.hpp"
-#include "theory/density_profile.hpp"
 
 namespace drover::analysis {
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/scene_text.hpp"
 #include "measure/field_setting.hpp"
@@ -169,9 +170,7 @@ public:
     }
 
     void keep(std::vector<WaveModel::Field>& fields) const {
-        std::vector<WaveModel::Field> kept;
-        for (const Part& part : parts_) kept.push_back(fields[static_cast<std::size_t>(part.component)]);
-        fields = std::move(kept);
+        fields = mapped(parts_, [&](const Part& part) { return fields[static_cast<std::size_t>(part.component)]; });
     }
 
 private:

@@ -1,10 +1,9 @@
 // analysis/wave_record.cpp: reads frames of fields or of bodies, and keeps their longest waves.
-#include "analysis/wave_record.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "analysis/wave_fit.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
 #include "drover/numerics/transform.hpp"
@@ -105,6 +104,44 @@ std::vector<double> times_of(const files::ArchiveReader& archive, const std::str
     require(archive.has(path), {name}, "has no frames; expected the archive of a run with output.frame_every > 0");
     return archive.read(path).values;
 }
+
+/// Plane components of one vector of each body in a frame.
+struct Plane {
+    std::vector<double> x, y;
+};
+
+class BodyFrames {
+public:
+    BodyFrames(const files::ArchiveReader& archive, const std::string& name) : archive_(archive), name_(name) {}
+
+    bool has(const char* group) const { return archive_.has(path(group, "position")); }
+    Plane plane(const char* group, const char* element, std::size_t frame) const {
+        const files::Array row = archive_.read_row(path(group, element), frame);
+        require(row.shape.size() == 2 && row.shape[1] == 3, {name_}, "{} is not an array of vectors; it is damaged",
+                path(group, element));
+        require_finite(row.values, name_, path(group, element), frame);
+        Plane plane;
+        for (std::size_t i = 0; i < row.values.size(); i += 3) {
+            plane.x.push_back(row.values[i]);
+            plane.y.push_back(row.values[i + 1]);
+        }
+        return plane;
+    }
+
+private:
+    static std::string path(const char* group, const char* element) { return text("{}/{}/value", group, element); }
+    const files::ArchiveReader& archive_;
+    const std::string& name_;
+};
+
+/// Sum of weights exp(-i q r).
+Complex wave_sum(const numerics::Wavevector& q, const Plane& at, const std::vector<double>& weights) {
+    Complex sum = 0.0;
+    for (std::size_t i = 0; i < at.x.size(); ++i) sum += weights[i] * std::polar(1.0, -(q.x * at.x[i] + q.y * at.y[i]));
+    return sum;
+}
+
+constexpr const char* bead_body = "bead";
 }  // namespace
 
 WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& name, const RecordedFields& recorded,
@@ -145,45 +182,6 @@ WaveRecord field_waves(const files::ArchiveReader& archive, const std::string& n
     }
     return record;
 }
-
-namespace {
-/// Plane components of one vector of each body in a frame.
-struct Plane {
-    std::vector<double> x, y;
-};
-
-class BodyFrames {
-public:
-    BodyFrames(const files::ArchiveReader& archive, const std::string& name) : archive_(archive), name_(name) {}
-
-    bool has(const char* group) const { return archive_.has(path(group, "position")); }
-    Plane plane(const char* group, const char* element, std::size_t frame) const {
-        const files::Array row = archive_.read_row(path(group, element), frame);
-        require(row.shape.size() == 2 && row.shape[1] == 3, {name_}, "{} is not an array of vectors; it is damaged",
-                path(group, element));
-        require_finite(row.values, name_, path(group, element), frame);
-        Plane plane;
-        for (std::size_t i = 0; i < row.values.size(); i += 3) {
-            plane.x.push_back(row.values[i]);
-            plane.y.push_back(row.values[i + 1]);
-        }
-        return plane;
-    }
-
-private:
-    static std::string path(const char* group, const char* element) { return text("{}/{}/value", group, element); }
-    const files::ArchiveReader& archive_;
-    const std::string& name_;
-};
-
-/// Sum of weights exp(-i q r).
-Complex wave_sum(const numerics::Wavevector& q, const Plane& at, const std::vector<double>& weights) {
-    Complex sum = 0.0;
-    for (std::size_t i = 0; i < at.x.size(); ++i) sum += weights[i] * std::polar(1.0, -(q.x * at.x[i] + q.y * at.y[i]));
-    return sum;
-}
-constexpr const char* bead_body = "bead";
-}  // namespace
 
 WaveRecord particle_waves(const files::ArchiveReader& archive, const std::string& name, const io::Scene& scene,
                           const model::Model& model, const WaveChoice& choice) {

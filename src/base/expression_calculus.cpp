@@ -95,18 +95,6 @@ private:
     GraphBuilder& graph;
 };
 
-}  // namespace
-
-Expression::Expression(double constant) {
-    GraphBuilder graph(Folding::exact);
-    *this = graph.expression(graph.number(constant));
-}
-
-Expression operator+(const Expression& a, const Expression& b) { return combined(Operation::add, a, b); }
-Expression operator-(const Expression& a, const Expression& b) { return combined(Operation::subtract, a, b); }
-Expression operator*(const Expression& a, const Expression& b) { return combined(Operation::multiply, a, b); }
-
-namespace {
 /// function: the value of a node from those of its arguments.
 template <class Function>
 double evaluated(const Expression& expression, std::span<const double> slots, Function function) {
@@ -125,6 +113,15 @@ double evaluated(const Expression& expression, std::span<const double> slots, Fu
 
 bool is_jump(Operation operation) { return operation == Operation::sign || operation == Operation::step; }
 }  // namespace
+
+Expression::Expression(double constant) {
+    GraphBuilder graph(Folding::exact);
+    *this = graph.expression(graph.number(constant));
+}
+
+Expression operator+(const Expression& a, const Expression& b) { return combined(Operation::add, a, b); }
+Expression operator-(const Expression& a, const Expression& b) { return combined(Operation::subtract, a, b); }
+Expression operator*(const Expression& a, const Expression& b) { return combined(Operation::multiply, a, b); }
 
 double evaluate(const Expression& expression, std::span<const double> slots) {
     return evaluated(expression, slots, apply);

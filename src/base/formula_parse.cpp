@@ -102,15 +102,10 @@ private:
     Formula signed_chain() {
         next();
         const std::size_t at = at_;
-        if (take('-')) {
-            const Nesting nesting(*this);
-            return one(Kind::negative, at, signed_chain());
-        }
-        if (take('+')) {
-            const Nesting nesting(*this);
-            return signed_chain();
-        }
-        return chain();
+        const bool is_negative = take('-');
+        if (!is_negative && !take('+')) return chain();
+        const Nesting nesting(*this);
+        return is_negative ? one(Kind::negative, at, signed_chain()) : signed_chain();
     }
     bool at_dot() { return next() == '.' || next() == ':'; }
 

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "base/mapped.hpp"
+
 namespace drover {
 
 namespace {
@@ -40,9 +42,7 @@ std::string quoted(const std::string& word) {
 
 template <class Items, class Write>
 std::string list_text(const Items& items, Write write) {
-    std::vector<std::string> texts;
-    for (const auto& item : items) texts.push_back(write(item));
-    return "[" + joined(texts) + "]";
+    return "[" + joined(mapped(items, write)) + "]";
 }
 
 std::string expected_text(const Description& row) {
@@ -116,8 +116,7 @@ Value checked_value(const Description& row, const std::string& section, const Lo
 }
 
 void reject_unknown_keys(const LocatedTable& table, const std::string& section, const std::vector<Description>& rows) {
-    std::vector<std::string> names;
-    for (const Description& row : rows) names.push_back(row.name);
+    const std::vector<std::string> names = mapped(rows, &Description::name);
     for (const auto& [key, value] : table.values) {
         if (std::ranges::find(names, key) != names.end()) continue;
         fail_input(value.where, "unknown key {}.{}; {}", section, key,

@@ -40,6 +40,14 @@ bool is_same_but_case(std::string_view a, std::string_view b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                       [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
+
+/// Bytes of the character at the start of a text; 0 when it is a control character or not UTF-8.
+std::size_t printable_bytes(std::string_view words) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
+    if (byte(0) < 0x80) return byte(0) == '\n' || byte(0) == '\t' || (byte(0) >= 0x20 && byte(0) != 0x7f) ? 1 : 0;
+    const std::size_t size = utf8_bytes(words);
+    return size == 2 && byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : size;  // U+0080 to U+009F control terminals, too
+}
 }  // namespace
 
 std::string nearest_name(std::string_view name, std::span<const std::string> known) {
@@ -91,16 +99,6 @@ std::size_t utf8_bytes(std::string_view words) {
     const bool is_beyond_unicode = byte(0) == 0xf4 && byte(1) >= 0x90;
     return is_overlong || is_surrogate || is_beyond_unicode ? 0 : size;
 }
-
-namespace {
-/// Bytes of the character at the start of a text; 0 when it is a control character or not UTF-8.
-std::size_t printable_bytes(std::string_view words) {
-    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
-    if (byte(0) < 0x80) return byte(0) == '\n' || byte(0) == '\t' || (byte(0) >= 0x20 && byte(0) != 0x7f) ? 1 : 0;
-    const std::size_t size = utf8_bytes(words);
-    return size == 2 && byte(0) == 0xc2 && byte(1) < 0xa0 ? 0 : size;  // U+0080 to U+009F control terminals, too
-}
-}  // namespace
 
 std::string printable(std::string_view words) {
     std::string result;

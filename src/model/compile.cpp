@@ -6,7 +6,6 @@
 #include "base/constants.hpp"
 #include "drover/model/equations.hpp"
 #include "model/compiled.hpp"
-#include "model/equation_checks.hpp"
 #include "model/noise_drift.hpp"
 #include "model/summands.hpp"
 

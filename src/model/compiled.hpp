@@ -5,15 +5,25 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "drover/base/threads.hpp"
 #include "drover/model/symbol.hpp"
 #include "drover/numerics/system.hpp"
 #include "model/algebra.hpp"
-#include "model/point_degree.hpp"
 
 namespace drover::model {
+
+struct PointDegree {
+    int degree = 1;
+    bool is_finite = true;  ///< false: some part is no polynomial of the fields, or depends on the position
+};
+
+/// The degree in the atoms, by the largest summand.  The position counts as a factor.  A divisor counts as one with its
+/// own degree, and a function that is no polynomial as a product of at least two.  of_result: of a result of a call,
+/// nothing for other slots.
+PointDegree point_degree(const Expression& expression, const std::function<std::optional<PointDegree>(int)>& of_result);
 
 /// A function at points, with its slopes by atoms.
 struct PointFunction {

@@ -1,8 +1,8 @@
 // model/equation_checks.cpp: checks of fields, the Euler operator of a rate, the drag and the force of a balance.
-#include "model/equation_checks.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "model/summands.hpp"
 
 namespace drover::model {
 

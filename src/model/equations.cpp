@@ -42,6 +42,26 @@ void check_field(const CompiledEquations& c, std::size_t n) {
     require(n < c.model.fields.size(), {}, "field {}; expected less than {}, the number of fields", n,
             c.model.fields.size());
 }
+
+using numerics::IsotropicBlocks;
+
+numerics::Layout layout_of(const CompiledEquations& c) {
+    numerics::Layout layout{.chiral = c.model.chiral};
+    for (const int k : c.state)
+        if (c.part_of(k) == 0)
+            layout.fields.push_back({c.spin_of(k), c.model.fields[c.field(k)].odd, c.is_solenoidal(k)});
+    return layout;
+}
+
+/// The blocks of a symbol at q along x.
+IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const numerics::BlockParts& parts,
+                          bool at_zero) {
+    return numerics::blocks_of(parts, [&](const numerics::Part& row, const numerics::Part& column) {
+        const std::complex<double> entry =
+            m(c.state[static_cast<std::size_t>(row.component)], c.state[static_cast<std::size_t>(column.component)]);
+        return (numerics::power_of_i(at_zero ? 0 : row.spin - column.spin) * entry).real();
+    });
+}
 }  // namespace
 
 Equations Equations::about(const UniformState& state) const {
@@ -258,28 +278,6 @@ std::string Equations::latex(std::size_t index) const {
 }
 
 // ---- L, N and Q
-
-namespace {
-using numerics::IsotropicBlocks;
-
-numerics::Layout layout_of(const CompiledEquations& c) {
-    numerics::Layout layout{.chiral = c.model.chiral};
-    for (const int k : c.state)
-        if (c.part_of(k) == 0)
-            layout.fields.push_back({c.spin_of(k), c.model.fields[c.field(k)].odd, c.is_solenoidal(k)});
-    return layout;
-}
-
-/// The blocks of a symbol at q along x.
-IsotropicBlocks blocks_of(const CompiledEquations& c, const Symbol& m, const numerics::BlockParts& parts,
-                          bool at_zero) {
-    return numerics::blocks_of(parts, [&](const numerics::Part& row, const numerics::Part& column) {
-        const std::complex<double> entry =
-            m(c.state[static_cast<std::size_t>(row.component)], c.state[static_cast<std::size_t>(column.component)]);
-        return (numerics::power_of_i(at_zero ? 0 : row.spin - column.spin) * entry).real();
-    });
-}
-}  // namespace
 
 Symbol CompiledEquations::in_frame(const Symbol& m, double cosine, double sine, bool back) const {
     Symbol turn = Symbol::Identity(components, components);

@@ -86,45 +86,7 @@ private:
     Wavevector q_;
     Symbol linear_, propagated_;
 };
-}  // namespace
 
-double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
-    const CompiledEquations& c = *compiled_;
-    bool reads_position = false;
-    const std::vector<Slope> slopes = slopes_of(c, reads_position);
-    if (slopes.empty() && c.is_isotropic) return 0.0;
-    std::vector<std::vector<double>> values;  // of the slopes, at each position; those that are not finite are no rates
-    constexpr int positions = 8;
-    for (int k = 0; k < (reads_position ? positions * positions : 1); ++k) {
-        std::vector<double> slots = c.slots_at(c.about);
-        slots[slot_x] = grid.lx / positions * (k % positions);
-        slots[slot_y] = grid.ly / positions * (k / positions);
-        slots[slot_t] = t;
-        values.emplace_back();
-        for (const Slope& slope : slopes) {
-            const double value = evaluate(slope.value, slots);
-            values.back().push_back(std::isfinite(value) ? value : 0.0);
-        }
-    }
-    double largest = 0.0;
-    for (const Wavevector& q : sampled_modes(grid, c.degree)) {
-        const AtWave wave(c, q);
-        for (const std::vector<double>& at_position : values) {
-            Symbol m = Symbol::Zero(c.components, c.components);
-            for (std::size_t n = 0; n < slopes.size(); ++n)
-                for (const RateFunction::Use& use : slopes[n].output->uses)
-                    c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
-                               use.factor * at_position[n], q, use.component, m);
-            const Symbol rest = wave.rest(m);
-            // No eigenvalue is above the norm.
-            if (rest.norm() > largest)
-                largest = std::max(largest, numerics::dense_eigenvalues(rest).cwiseAbs().maxCoeff());
-        }
-    }
-    return largest;
-}
-
-namespace {
 /// 0, and along both axes modes at powers of two up to the last kept one.
 std::vector<Wavevector> waves_of_all_sizes(const numerics::Grid& grid, int degree) {
     std::vector<Wavevector> result{{}};
@@ -166,6 +128,42 @@ double smallest_part(const Symbol& m, const Symbol& l, double dt) {
     return smallest;
 }
 }  // namespace
+
+double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
+    const CompiledEquations& c = *compiled_;
+    bool reads_position = false;
+    const std::vector<Slope> slopes = slopes_of(c, reads_position);
+    if (slopes.empty() && c.is_isotropic) return 0.0;
+    std::vector<std::vector<double>> values;  // of the slopes, at each position; those that are not finite are no rates
+    constexpr int positions = 8;
+    for (int k = 0; k < (reads_position ? positions * positions : 1); ++k) {
+        std::vector<double> slots = c.slots_at(c.about);
+        slots[slot_x] = grid.lx / positions * (k % positions);
+        slots[slot_y] = grid.ly / positions * (k / positions);
+        slots[slot_t] = t;
+        values.emplace_back();
+        for (const Slope& slope : slopes) {
+            const double value = evaluate(slope.value, slots);
+            values.back().push_back(std::isfinite(value) ? value : 0.0);
+        }
+    }
+    double largest = 0.0;
+    for (const Wavevector& q : sampled_modes(grid, c.degree)) {
+        const AtWave wave(c, q);
+        for (const std::vector<double>& at_position : values) {
+            Symbol m = Symbol::Zero(c.components, c.components);
+            for (std::size_t n = 0; n < slopes.size(); ++n)
+                for (const RateFunction::Use& use : slopes[n].output->uses)
+                    c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
+                               use.factor * at_position[n], q, use.component, m);
+            const Symbol rest = wave.rest(m);
+            // No eigenvalue is above the norm.
+            if (rest.norm() > largest)
+                largest = std::max(largest, numerics::dense_eigenvalues(rest).cwiseAbs().maxCoeff());
+        }
+    }
+    return largest;
+}
 
 double Equations::part_of_slow_change(const UniformState& at, const numerics::Grid& grid, double dt) const {
     if (placed_term() != nullptr) return 1.0;

@@ -35,7 +35,6 @@ std::vector<std::size_t> short_waves(double long_waves, const numerics::System& 
         }
     return result;
 }
-}  // namespace
 
 /// N, its checks, and the values that the reference follows.
 class RightHandSide {
@@ -143,22 +142,8 @@ private:
     std::shared_ptr<Range> values_ = std::make_shared<Range>();  // of the followed scalar
 };
 
-namespace {
 constexpr int max_level = 200;  // a factor of 1e30
-}  // namespace
 
-int followed_level(bool by_largest, double part, int reference_level) {
-    if (!std::isfinite(part) || part <= 0.0) return reference_level;
-    // Allowed: at most 1.7 times the smallest value or, its mirror image, at least 1/1.7 of the largest.
-    const int side = by_largest ? 1 : -1;
-    const double limit = side * 2.0 * std::log2(part) - 2.0 * std::log2(1.7);
-    int level = side * reference_level;
-    if (level < limit) level = static_cast<int>(std::ceil(limit));
-    if (level > 0 && level - 1.5 > limit) level = std::max(0, static_cast<int>(std::ceil(limit + 0.5)));
-    return std::clamp(side * level, -max_level, max_level);
-}
-
-namespace {
 UniformState with_factor(UniformState state, int component, double factor) {
     state[static_cast<std::size_t>(component)] *= factor;
     return state;
@@ -176,7 +161,37 @@ std::vector<double> dampings(const Equations& equations, int component, double f
             result[static_cast<std::size_t>((*list)[static_cast<std::size_t>(k)].component)] = -(*block)(k, k);
     return result;
 }
+
+Split split(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads,
+            const std::optional<Followed>& followed = std::nullopt) {
+    Split result;
+    result.system = what.equations.system(grid, threads, degree, &result.part);
+    if (what.is_quiet) {
+        result.system.noise = {};
+        result.system.product_noise = {};
+    }
+    if (!result.part) return result;
+    const auto whole = std::make_shared<RightHandSide>(what, followed, result.system, result.part);
+    result.followed = whole->values();
+    result.system.nonlinear = [whole](double t, const Spectra& state, Spectra& rate) { (*whole)(t, state, rate); };
+    return result;
+}
+
+double largest_wavenumber(const numerics::Grid& grid) {
+    return std::numbers::pi * std::hypot(grid.nx > 1 ? grid.nx / grid.lx : 0.0, grid.ny > 1 ? grid.ny / grid.ly : 0.0);
+}
 }  // namespace
+
+int followed_level(bool by_largest, double part, int reference_level) {
+    if (!std::isfinite(part) || part <= 0.0) return reference_level;
+    // Allowed: at most 1.7 times the smallest value or, its mirror image, at least 1/1.7 of the largest.
+    const int side = by_largest ? 1 : -1;
+    const double limit = side * 2.0 * std::log2(part) - 2.0 * std::log2(1.7);
+    int level = side * reference_level;
+    if (level < limit) level = static_cast<int>(std::ceil(limit));
+    if (level > 0 && level - 1.5 > limit) level = std::max(0, static_cast<int>(std::ceil(limit + 0.5)));
+    return std::clamp(side * level, -max_level, max_level);
+}
 
 std::optional<Followed> followed_scalar(const Equations& equations, double shortest) {
     constexpr double min_ratio = 1.5;  // of the ratio of masses, or of dampings, where a scalar is doubled
@@ -210,23 +225,6 @@ std::optional<Followed> followed_scalar(const Equations& equations, double short
     return found;
 }
 
-namespace {
-Split split(const Integrated& what, const numerics::Grid& grid, int degree, Threads& threads,
-            const std::optional<Followed>& followed = std::nullopt) {
-    Split result;
-    result.system = what.equations.system(grid, threads, degree, &result.part);
-    if (what.is_quiet) {
-        result.system.noise = {};
-        result.system.product_noise = {};
-    }
-    if (!result.part) return result;
-    const auto whole = std::make_shared<RightHandSide>(what, followed, result.system, result.part);
-    result.followed = whole->values();
-    result.system.nonlinear = [whole](double t, const Spectra& state, Spectra& rate) { (*whole)(t, state, rate); };
-    return result;
-}
-}  // namespace
-
 numerics::System system_of(const Integrated& what, const numerics::Grid& grid, Threads& threads) {
     return system_of(what, grid, what.kept_degree, threads);
 }
@@ -259,12 +257,6 @@ double explicit_bytes(const Integrated& what, const numerics::Grid& grid, int de
     return ExplicitPart::bytes(what.equations, grid, degree) +
            displaced * static_cast<double>(numerics::modes(grid)) * sizeof(numerics::Complex);
 }
-
-namespace {
-double largest_wavenumber(const numerics::Grid& grid) {
-    return std::numbers::pi * std::hypot(grid.nx > 1 ? grid.nx / grid.lx : 0.0, grid.ny > 1 ? grid.ny / grid.ly : 0.0);
-}
-}  // namespace
 
 FieldEvolution::FieldEvolution(Integrated what, const numerics::Grid& grid, const numerics::StepControl& control,
                                std::uint64_t seed, Threads& threads)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mapped.hpp"
 #include "model/compiled.hpp"
 #include "numerics/algebra/dense.hpp"
 
@@ -15,9 +16,7 @@ namespace {
 using Powers = std::map<Order, Eigen::MatrixXd>;
 
 std::vector<LinearisedAt::Power> listed(const Powers& powers) {
-    std::vector<LinearisedAt::Power> list;
-    for (const auto& [order, factors] : powers) list.push_back({order.x, order.y, factors});
-    return list;
+    return mapped(powers, [](const auto& one) { return LinearisedAt::Power{one.first.x, one.first.y, one.second}; });
 }
 
 Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, const Wavevector& q) {
@@ -28,6 +27,31 @@ Symbol sum_of(const std::vector<LinearisedAt::Power>& powers, int components, co
         else m.imag() += factor.imag() * power.factors;
     }
     return m;
+}
+
+std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, const std::vector<Term>& terms,
+                                                 const UniformState& about, const std::vector<double>& scales = {}) {
+    const std::vector<double> slots = c.slots_at(about);
+    Powers powers;
+    for (std::size_t n = 0; n < terms.size(); ++n)
+        c.visit_slopes(terms[n], slots, [&](int row, const Derivative& derivative, double coefficient) {
+            Eigen::MatrixXd& factors = powers[derivative.order];
+            if (factors.size() == 0) factors = Eigen::MatrixXd::Zero(c.components, c.components);
+            factors(row, derivative.component) += scales.empty() ? coefficient : scales[n] * coefficient;
+        });
+    return listed(powers);
+}
+
+void check_sizes(const LeftSides& left, Eigen::Index count) {
+    const auto rows = left.slopes.rows(), columns = left.slopes.cols();
+    const bool has_noise = left.noise.size() > 0 || left.flux_noise.size() > 0;
+    require(
+        left.mass_density.size() == count &&
+            (!has_noise || (left.noise.size() == count && left.flux_noise.size() == count)) &&
+            (left.slopes.size() == 0 || (rows == count && columns == count)),
+        {},
+        "left sides of {} masses, {} and {} noises and {} by {} slopes; expected {} of each, or no noises or slopes",
+        left.mass_density.size(), left.noise.size(), left.flux_noise.size(), rows, columns, count);
 }
 }  // namespace
 
@@ -49,35 +73,6 @@ double direction_of(const Model& model, const UniformState& state) {
     }
     return 0.0;
 }
-
-namespace {
-std::vector<LinearisedAt::Power> powers_of_terms(const CompiledEquations& c, const std::vector<Term>& terms,
-                                                 const UniformState& about, const std::vector<double>& scales = {}) {
-    const std::vector<double> slots = c.slots_at(about);
-    Powers powers;
-    for (std::size_t n = 0; n < terms.size(); ++n)
-        c.visit_slopes(terms[n], slots, [&](int row, const Derivative& derivative, double coefficient) {
-            Eigen::MatrixXd& factors = powers[derivative.order];
-            if (factors.size() == 0) factors = Eigen::MatrixXd::Zero(c.components, c.components);
-            factors(row, derivative.component) += scales.empty() ? coefficient : scales[n] * coefficient;
-        });
-    return listed(powers);
-}
-}  // namespace
-
-namespace {
-void check_sizes(const LeftSides& left, Eigen::Index count) {
-    const auto rows = left.slopes.rows(), columns = left.slopes.cols();
-    const bool has_noise = left.noise.size() > 0 || left.flux_noise.size() > 0;
-    require(
-        left.mass_density.size() == count &&
-            (!has_noise || (left.noise.size() == count && left.flux_noise.size() == count)) &&
-            (left.slopes.size() == 0 || (rows == count && columns == count)),
-        {},
-        "left sides of {} masses, {} and {} noises and {} by {} slopes; expected {} of each, or no noises or slopes",
-        left.mass_density.size(), left.noise.size(), left.flux_noise.size(), rows, columns, count);
-}
-}  // namespace
 
 LinearisedAt::LinearisedAt(const Equations& equations, const UniformState& about)
     : equations_(equations), about_(equations.completed(about)), state_(equations.state_components()) {

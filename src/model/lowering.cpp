@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/mapped.hpp"
+
 namespace drover::model {
 
 namespace {
@@ -13,6 +15,15 @@ constexpr int max_depth = 600;  // the stack
 
 bool is_scalar(const Value& a) { return a.rank == scalar; }
 std::string text_of(const Value& a) { return rank_text(a.rank, a.parity); }
+
+std::vector<std::string> with_components(const std::string& name, int spin) {
+    switch (spin) {
+        case 0: return {name};
+        case 1: return {name + "_x", name + "_y"};
+        case 2: return {name + "_xx", name + "_xy"};
+        default: return {name + "_1", name + "_2"};
+    }
+}
 }  // namespace
 
 const Notation& equation_notation() {
@@ -396,17 +407,6 @@ Value Lowering::norm(const FormulaText& text, const Formula& f) {
 
 // ---- names
 
-namespace {
-std::vector<std::string> with_components(const std::string& name, int spin) {
-    switch (spin) {
-        case 0: return {name};
-        case 1: return {name + "_x", name + "_y"};
-        case 2: return {name + "_xx", name + "_xy"};
-        default: return {name + "_1", name + "_2"};
-    }
-}
-}  // namespace
-
 std::vector<std::string> component_names(const Field& field) { return with_components(field.symbol, field.spin); }
 
 std::vector<std::size_t> drawn_fields(const Model& model) {
@@ -417,10 +417,7 @@ std::vector<std::size_t> drawn_fields(const Model& model) {
 }
 
 std::vector<int> first_components(const Model& model) {
-    std::vector<int> firsts;
-    int next = 0;
-    for (const Field& field : model.fields) firsts.push_back(std::exchange(next, next + components(field)));
-    return firsts;
+    return mapped(placed_fields(model), [](const PlacedField& one) { return static_cast<int>(one.first); });
 }
 
 std::vector<std::string> dataset_names(const Field& field) { return with_components(field.name, field.spin); }
@@ -474,9 +471,7 @@ const Names::Meaning* Names::find(const std::string& name) const {
 }
 
 std::string Names::expected(const std::string& name) const {
-    std::vector<std::string> known;
-    for (const auto& [other, meaning] : meanings_) known.push_back(other);
-    return expected_name(name, known);
+    return expected_name(name, mapped(meanings_, [](const auto& one) { return one.first; }));
 }
 
 std::string expected_name(const std::string& name, const std::vector<std::string>& known) {

@@ -89,6 +89,32 @@ double power_of(double base, int exponent) {
     for (int i = 0; i < exponent; ++i) result *= base;
     return result;
 }
+
+const double* parts_of(const Complex* values) { return reinterpret_cast<const double*>(values); }
+double* parts_of(Complex* values) { return reinterpret_cast<double*>(values); }
+
+/// to += i factor * from, or factor * from; `factor` of each mode is given twice.
+void add_entry(std::size_t modes, bool is_imaginary, const double* factor, const double* from, double* __restrict to) {
+    if (!is_imaginary) {
+        for (std::size_t i = 0; i < 2 * modes; ++i) to[i] += factor[i] * from[i];
+        return;
+    }
+    for (std::size_t i = 0; i < 2 * modes; i += 2) {
+        to[i] -= factor[i] * from[i + 1];
+        to[i + 1] += factor[i] * from[i];
+    }
+}
+
+/// Two components to the frame of q, or back if the sign is -1.
+void turn_pair(std::size_t size, const double* cosine, const double* sine, double sign, const double* first,
+               const double* second, double* to_first, double* to_second) {
+#pragma GCC ivdep  // the results may be where the components are, and nowhere else
+    for (std::size_t i = 0; i < size; ++i) {
+        const double s = sign * sine[i], a = first[i], b = second[i];
+        to_first[i] = cosine[i] * a + s * b;
+        to_second[i] = cosine[i] * b - s * a;
+    }
+}
 }  // namespace
 
 ModeRows::ModeRows(const numerics::Grid& grid, const numerics::DistinctWavenumbers& wavenumbers) {
@@ -145,11 +171,6 @@ void DerivativeSum::write(const ModeRow& row, std::span<const Complex* const> ar
     if (!adds) std::fill_n(to + row.first, row.size, Complex(0.0));
 }
 
-namespace {
-const double* parts_of(const Complex* values) { return reinterpret_cast<const double*>(values); }
-double* parts_of(Complex* values) { return reinterpret_cast<double*>(values); }
-}  // namespace
-
 FrameOperator::FrameOperator(const CompiledEquations& equations, const std::vector<Symbol>& matrices,
                              const numerics::DistinctWavenumbers& wavenumbers, const std::vector<bool>& results)
     : inverse_(wavenumbers.inverse) {
@@ -195,20 +216,6 @@ void FrameOperator::add_parts(const CompiledEquations& equations, const std::vec
     }
 }
 
-namespace {
-/// to += i factor * from, or factor * from; `factor` of each mode is given twice.
-void add_entry(std::size_t modes, bool is_imaginary, const double* factor, const double* from, double* __restrict to) {
-    if (!is_imaginary) {
-        for (std::size_t i = 0; i < 2 * modes; ++i) to[i] += factor[i] * from[i];
-        return;
-    }
-    for (std::size_t i = 0; i < 2 * modes; i += 2) {
-        to[i] -= factor[i] * from[i + 1];
-        to[i + 1] += factor[i] * from[i];
-    }
-}
-}  // namespace
-
 /// Of each spin from 1 up, at the modes of a row.
 void FrameOperator::find_turns(const ModeRow& row, Turn* turns) const {
     if (max_spin_ == 0) return;
@@ -226,19 +233,6 @@ void FrameOperator::find_turns(const ModeRow& row, Turn* turns) const {
         }
     }
 }
-
-namespace {
-/// Two components to the frame of q, or back if the sign is -1.
-void turn_pair(std::size_t size, const double* cosine, const double* sine, double sign, const double* first,
-               const double* second, double* to_first, double* to_second) {
-#pragma GCC ivdep  // the results may be where the components are, and nowhere else
-    for (std::size_t i = 0; i < size; ++i) {
-        const double s = sign * sine[i], a = first[i], b = second[i];
-        to_first[i] = cosine[i] * a + s * b;
-        to_second[i] = cosine[i] * b - s * a;
-    }
-}
-}  // namespace
 
 /// The components that turn, into rows; `values` follows.
 void FrameOperator::turn(const std::vector<Part>& parts, std::size_t size, const Turn* turns, double sign,

@@ -1,10 +1,8 @@
 // model/point_degree.cpp: degrees of the nodes of an expression.
-#include "model/point_degree.hpp"
-
 #include <algorithm>
 #include <cmath>
 
-#include "model/algebra.hpp"
+#include "model/compiled.hpp"
 
 namespace drover::model {
 

@@ -62,13 +62,6 @@ private:
     std::vector<Reduced> reduced_;
 };
 
-}  // namespace
-
-bool is_plain(const LinearForm& form) {
-    return form.size() == 1 && form.begin()->first.order == Order{} && form.begin()->second == 1.0;
-}
-
-namespace {
 /// The slots of results that expressions read, also through other calls.
 std::set<int> results_read(const CompiledEquations& c) {
     std::set<int> found;
@@ -82,7 +75,55 @@ std::set<int> results_read(const CompiledEquations& c) {
     for (const RateFunction& output : c.outputs) add(output.value);
     return found;
 }
+
+constexpr std::size_t max_points = 256;
+using Values = std::array<double, max_points>;
+
+/// What a field is damped by about the references [mass/time]: minus the slope of its own force.
+double drag_of(const CompiledEquations& c, std::size_t field, double mass, const std::vector<double>& slots) {
+    const Derivative own{c.first_component[field], {}};
+    double slope = 0.0;
+    const auto add = [&](const Derivative& derivative, double value) {
+        if (derivative == own && std::isfinite(value)) slope += value;
+    };
+    for (const Term& term : c.terms) {
+        if (term.summary.field != field || term.summary.is_placed) continue;
+        for (const auto& [derivative, coefficient] : term.rows[0].linear) add(derivative, coefficient);
+        for (const PointFunction& function : term.rows[0].functions)
+            for (const PointFunction::Slope& by : function.slopes)
+                for (const auto& [derivative, coefficient] : c.atoms[static_cast<std::size_t>(by.slot - first_atom)])
+                    if (function.order == Order{}) add(derivative, evaluate(by.value, slots) * coefficient);
+    }
+    return std::max(0.0, -slope * mass);
+}
+
+/// mass -> 1/(mass^16 + floor^16)^(1/16).
+void invert(double floor, std::size_t size, const double* mass, double* inverse) {
+    if (floor == 0.0) {
+        for (std::size_t i = 0; i < size; ++i) inverse[i] = 1.0 / mass[i];
+        return;
+    }
+    double min_mass = INFINITY;
+    for (std::size_t i = 0; i < size; ++i) min_mass = mass[i] < min_mass ? mass[i] : min_mass;
+    const auto sixteenth = [](double ratio) {
+        const double square = ratio * ratio, fourth = square * square, eighth = fourth * fourth;
+        return eighth * eighth;
+    };
+    if (floor <= 0.25 * min_mass) {  // 1 - x/16 is (1 + x)^(-1/16) to less than 1e-20, and costs no roots
+        for (std::size_t i = 0; i < size; ++i) {
+            const double over = 1.0 / mass[i];
+            inverse[i] = over - over * sixteenth(floor * over) * 0.0625;
+        }
+        return;
+    }
+    for (std::size_t i = 0; i < size; ++i)
+        inverse[i] = 1.0 / (mass[i] * std::sqrt(std::sqrt(std::sqrt(std::sqrt(1.0 + sixteenth(floor / mass[i]))))));
+}
 }  // namespace
+
+bool is_plain(const LinearForm& form) {
+    return form.size() == 1 && form.begin()->first.order == Order{} && form.begin()->second == 1.0;
+}
 
 TransformPlan transform_plan(const CompiledEquations& c) {
     std::set<int> slots;
@@ -148,52 +189,6 @@ TransformCount transforms_of(const CompiledEquations& equations) {
     for (const NoiseProducts& one : equations.products) add(*one.equations);
     return count;
 }
-
-namespace {
-constexpr std::size_t max_points = 256;
-using Values = std::array<double, max_points>;
-
-/// What a field is damped by about the references [mass/time]: minus the slope of its own force.
-double drag_of(const CompiledEquations& c, std::size_t field, double mass, const std::vector<double>& slots) {
-    const Derivative own{c.first_component[field], {}};
-    double slope = 0.0;
-    const auto add = [&](const Derivative& derivative, double value) {
-        if (derivative == own && std::isfinite(value)) slope += value;
-    };
-    for (const Term& term : c.terms) {
-        if (term.summary.field != field || term.summary.is_placed) continue;
-        for (const auto& [derivative, coefficient] : term.rows[0].linear) add(derivative, coefficient);
-        for (const PointFunction& function : term.rows[0].functions)
-            for (const PointFunction::Slope& by : function.slopes)
-                for (const auto& [derivative, coefficient] : c.atoms[static_cast<std::size_t>(by.slot - first_atom)])
-                    if (function.order == Order{}) add(derivative, evaluate(by.value, slots) * coefficient);
-    }
-    return std::max(0.0, -slope * mass);
-}
-
-/// mass -> 1/(mass^16 + floor^16)^(1/16).
-void invert(double floor, std::size_t size, const double* mass, double* inverse) {
-    if (floor == 0.0) {
-        for (std::size_t i = 0; i < size; ++i) inverse[i] = 1.0 / mass[i];
-        return;
-    }
-    double min_mass = INFINITY;
-    for (std::size_t i = 0; i < size; ++i) min_mass = mass[i] < min_mass ? mass[i] : min_mass;
-    const auto sixteenth = [](double ratio) {
-        const double square = ratio * ratio, fourth = square * square, eighth = fourth * fourth;
-        return eighth * eighth;
-    };
-    if (floor <= 0.25 * min_mass) {  // 1 - x/16 is (1 + x)^(-1/16) to less than 1e-20, and costs no roots
-        for (std::size_t i = 0; i < size; ++i) {
-            const double over = 1.0 / mass[i];
-            inverse[i] = over - over * sixteenth(floor * over) * 0.0625;
-        }
-        return;
-    }
-    for (std::size_t i = 0; i < size; ++i)
-        inverse[i] = 1.0 / (mass[i] * std::sqrt(std::sqrt(std::sqrt(std::sqrt(1.0 + sixteenth(floor / mass[i]))))));
-}
-}  // namespace
 
 /// Values of the slots at the points, and where those of results and arguments are.
 struct PointFunctions::Rows {

@@ -289,6 +289,28 @@ void write_source(const PointSource& source, int part, const numerics::Grid& gri
             strength * std::exp(-0.5 * source.width * source.width * square) * std::polar(1.0, -(q * x + row.y * y));
     }
 }
+
+/// Equations whose functions at points are the components in balance.
+std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const CompiledEquations& equations) {
+    auto c = std::make_shared<CompiledEquations>(equations);
+    c->outputs.clear();
+    for (int k = 0; k < c->components; ++k) {
+        if (!c->in_balance(k) && !c->is_substituted[c->field(k)]) continue;
+        RateFunction& output = c->outputs.emplace_back();
+        const LinearForm itself{{{k, Order{}}, 1.0}};
+        if (c->in_balance(k)) {
+            GraphBuilder graph(Folding::exact);
+            output.value = graph.expression(graph.slot(c->slots()));
+            c->atoms.push_back(itself);
+            continue;
+        }
+        for (const Term& term : c->substitutes)
+            if (term.summary.field == c->field(k))
+                for (const PointFunction& function : term.rows[static_cast<std::size_t>(c->part_of(k))].functions)
+                    output.value = output.value + function.value;
+    }
+    return c;
+}
 }  // namespace
 
 void ExplicitPart::Work::derive_inputs(double t, const ModeRow& row) {
@@ -380,30 +402,6 @@ Range ExplicitPart::range(int component) const {
         if (one.component == component) return one.range;
     return {};
 }
-
-namespace {
-/// Equations whose functions at points are the components in balance.
-std::shared_ptr<const CompiledEquations> with_balances_as_outputs(const CompiledEquations& equations) {
-    auto c = std::make_shared<CompiledEquations>(equations);
-    c->outputs.clear();
-    for (int k = 0; k < c->components; ++k) {
-        if (!c->in_balance(k) && !c->is_substituted[c->field(k)]) continue;
-        RateFunction& output = c->outputs.emplace_back();
-        const LinearForm itself{{{k, Order{}}, 1.0}};
-        if (c->in_balance(k)) {
-            GraphBuilder graph(Folding::exact);
-            output.value = graph.expression(graph.slot(c->slots()));
-            c->atoms.push_back(itself);
-            continue;
-        }
-        for (const Term& term : c->substitutes)
-            if (term.summary.field == c->field(k))
-                for (const PointFunction& function : term.rows[static_cast<std::size_t>(c->part_of(k))].functions)
-                    output.value = output.value + function.value;
-    }
-    return c;
-}
-}  // namespace
 
 numerics::Fields ExplicitPart::balanced(double t, const Spectra& state) const {
     if (!work_->balances_) {

@@ -132,40 +132,7 @@ bool vanishes(const CompiledEquations& c, Expression value) try {
     if (error.fault() != Fault::input) throw;
     return false;
 }
-}  // namespace
 
-void CompiledEquations::summarise(Term& term) const {
-    TermSummary& summary = term.summary;
-    std::set<int> reads, derives;
-    const auto add = [&](const LinearForm& form) {
-        for (const auto& [derivative, coefficient] : form) {
-            reads.insert(derivative.component);
-            if (derivative.order != Order{}) derives.insert(derivative.component);
-        }
-    };
-    summary.vanishes_when_uniform = true;
-    for (const Row& row : term.rows) {
-        add(row.linear);
-        for (const auto& [derivative, coefficient] : row.linear)
-            if (derivative.order == Order{}) summary.vanishes_when_uniform = false;
-        for (const PointFunction& function : row.functions) {
-            if (function.order == Order{} && !vanishes(*this, function.value)) summary.vanishes_when_uniform = false;
-            if (constant_value(function.value)) continue;
-            summary.is_linear = false;
-            const PointDegree found = degree_of(function.value);
-            summary.degree = std::max(summary.degree, found.degree);
-            summary.has_finite_degree = summary.has_finite_degree && found.is_finite;
-            for (const int slot : slots_read(function.value))
-                if (slot >= first_atom) add(atoms[static_cast<std::size_t>(slot - first_atom)]);
-        }
-    }
-    summary.reads.assign(reads.begin(), reads.end());
-    summary.derives.assign(derives.begin(), derives.end());
-}
-
-// ---- the linear part and its remainder
-
-namespace {
 /// Targets of functions at points: (component, order) -> node.
 using Remainders = std::map<std::pair<int, Order>, int>;
 
@@ -354,6 +321,37 @@ private:
     Remainders remainders_;
 };
 }  // namespace
+
+void CompiledEquations::summarise(Term& term) const {
+    TermSummary& summary = term.summary;
+    std::set<int> reads, derives;
+    const auto add = [&](const LinearForm& form) {
+        for (const auto& [derivative, coefficient] : form) {
+            reads.insert(derivative.component);
+            if (derivative.order != Order{}) derives.insert(derivative.component);
+        }
+    };
+    summary.vanishes_when_uniform = true;
+    for (const Row& row : term.rows) {
+        add(row.linear);
+        for (const auto& [derivative, coefficient] : row.linear)
+            if (derivative.order == Order{}) summary.vanishes_when_uniform = false;
+        for (const PointFunction& function : row.functions) {
+            if (function.order == Order{} && !vanishes(*this, function.value)) summary.vanishes_when_uniform = false;
+            if (constant_value(function.value)) continue;
+            summary.is_linear = false;
+            const PointDegree found = degree_of(function.value);
+            summary.degree = std::max(summary.degree, found.degree);
+            summary.has_finite_degree = summary.has_finite_degree && found.is_finite;
+            for (const int slot : slots_read(function.value))
+                if (slot >= first_atom) add(atoms[static_cast<std::size_t>(slot - first_atom)]);
+        }
+    }
+    summary.reads.assign(reads.begin(), reads.end());
+    summary.derives.assign(derives.begin(), derives.end());
+}
+
+// ---- the linear part and its remainder
 
 void CompiledEquations::split(const UniformState& at) {
     about = at;

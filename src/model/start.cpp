@@ -7,6 +7,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/mapped.hpp"
 #include "drover/base/random.hpp"
 #include "drover/model/linearised_at.hpp"
 #include "drover/numerics/stepper.hpp"
@@ -32,9 +33,7 @@ numerics::StartFormula formula_of(const std::string& component, const Text& form
 }
 
 std::vector<std::string> names_of(const std::vector<StateComponent>& components) {
-    std::vector<std::string> names;
-    for (const StateComponent& one : components) names.push_back(one.name);
-    return names;
+    return mapped(components, &StateComponent::name);
 }
 
 /// The index of a component of a state; -1 if there is none of that name.
@@ -119,9 +118,7 @@ void check_kind_of_formulas(const Start& start, const std::vector<std::string>& 
                "{}:{}",
                joined(keys), keys.size() == 1 ? "is" : "are", start.kind, them, them, cleared);
 }
-}  // namespace
 
-namespace {
 std::vector<StateComponent> components_with(const Equations& equations, LeftSide left) {
     std::vector<StateComponent> result;
     for (std::size_t n = 0; n < equations.model().fields.size(); ++n) {
@@ -137,69 +134,7 @@ std::vector<StateComponent> components_with(const Equations& equations, LeftSide
     }
     return result;
 }
-}  // namespace
 
-std::vector<StateComponent> components_of_state(const Equations& equations) {
-    return components_with(equations, LeftSide::rate);
-}
-
-std::vector<StateComponent> components_in_balance(const Equations& equations) {
-    return components_with(equations, LeftSide::balance);
-}
-
-void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
-           const Locate& locate) {
-    const std::vector<std::string> names = names_of(components_of_state(equations));
-    check_kind_of_formulas(start, names, locate);
-    require(start.kind != StartKind::file || !start.file.empty(), locate("initial.kind"),
-            "initial.kind = \"file\" without initial.file; name the archive");
-    const std::vector<std::string> follow = names_of(components_in_balance(equations));
-    for (const auto& [name, formula] : start.formulas) {
-        require(index_of(name, names) >= 0, locate("initial." + name), "initial.{} is given, {}; expected one of {}",
-                name,
-                index_of(name, follow) >= 0 ? "and that field is in balance: it follows the others"
-                                            : "but the model has no such field",
-                joined(names));
-        numerics::check(formula_of(name, formula), grid, degree);
-    }
-    if (start.kind == StartKind::stationary) check_stationary(equations, grid, degree, locate);
-    if (start.kind != StartKind::mode) return;
-    require(start.component.empty() || index_of(start.component, names) >= 0, locate("initial.field"),
-            "initial.field = \"{}\"; expected one of {}", start.component, joined(names));
-    check_mode(start, grid, degree, locate);
-}
-
-void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state) {
-    const std::vector<StateComponent> components = components_of_state(equations);
-    for (int c = 0; c < state.count(); ++c) {
-        const StateComponent& one = components[static_cast<std::size_t>(c)];
-        if (one.part != 0 || !equations.model().fields[one.field].solenoidal) continue;
-        for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
-            for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m) {
-                if (m == 0) continue;
-                const numerics::Wavevector q = numerics::wavevector(grid, column, row);
-                const numerics::Complex along = (q.x * state[c][m] + q.y * state[c + 1][m]) / (q.x * q.x + q.y * q.y);
-                state[c][m] -= q.x * along;
-                state[c + 1][m] -= q.y * along;
-            }
-    }
-}
-
-UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid) {
-    UniformState means = equations.reference();
-    const std::vector<std::string> names = names_of(components_of_state(equations));
-    Threads one(1);
-    numerics::Fields cells(grid, 1);
-    for (const auto& [name, formula] : start.formulas) {
-        numerics::fill(formula_of(name, formula), grid, one, cells[0]);
-        const auto c = static_cast<std::size_t>(index_of(name, names));
-        means[static_cast<std::size_t>(equations.state_components()[c])] =
-            std::accumulate(cells[0].begin(), cells[0].end(), 0.0) / static_cast<double>(numerics::points(grid));
-    }
-    return means;
-}
-
-namespace {
 void set_formulas(const Start& start, const std::vector<std::string>& names, const numerics::System& system,
                   Threads& threads, numerics::Spectra& state) {
     numerics::Fields cells(system.grid, state.count());
@@ -295,6 +230,66 @@ void warn_of_divergence(const Start& start, const Equations& equations, const nu
     }
 }
 }  // namespace
+
+std::vector<StateComponent> components_of_state(const Equations& equations) {
+    return components_with(equations, LeftSide::rate);
+}
+
+std::vector<StateComponent> components_in_balance(const Equations& equations) {
+    return components_with(equations, LeftSide::balance);
+}
+
+void check(const Start& start, const Equations& equations, const numerics::Grid& grid, int degree,
+           const Locate& locate) {
+    const std::vector<std::string> names = names_of(components_of_state(equations));
+    check_kind_of_formulas(start, names, locate);
+    require(start.kind != StartKind::file || !start.file.empty(), locate("initial.kind"),
+            "initial.kind = \"file\" without initial.file; name the archive");
+    const std::vector<std::string> follow = names_of(components_in_balance(equations));
+    for (const auto& [name, formula] : start.formulas) {
+        require(index_of(name, names) >= 0, locate("initial." + name), "initial.{} is given, {}; expected one of {}",
+                name,
+                index_of(name, follow) >= 0 ? "and that field is in balance: it follows the others"
+                                            : "but the model has no such field",
+                joined(names));
+        numerics::check(formula_of(name, formula), grid, degree);
+    }
+    if (start.kind == StartKind::stationary) check_stationary(equations, grid, degree, locate);
+    if (start.kind != StartKind::mode) return;
+    require(start.component.empty() || index_of(start.component, names) >= 0, locate("initial.field"),
+            "initial.field = \"{}\"; expected one of {}", start.component, joined(names));
+    check_mode(start, grid, degree, locate);
+}
+
+void remove_divergence(const Equations& equations, const numerics::Grid& grid, numerics::Spectra& state) {
+    const std::vector<StateComponent> components = components_of_state(equations);
+    for (int c = 0; c < state.count(); ++c) {
+        const StateComponent& one = components[static_cast<std::size_t>(c)];
+        if (one.part != 0 || !equations.model().fields[one.field].solenoidal) continue;
+        for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
+            for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m) {
+                if (m == 0) continue;
+                const numerics::Wavevector q = numerics::wavevector(grid, column, row);
+                const numerics::Complex along = (q.x * state[c][m] + q.y * state[c + 1][m]) / (q.x * q.x + q.y * q.y);
+                state[c][m] -= q.x * along;
+                state[c + 1][m] -= q.y * along;
+            }
+    }
+}
+
+UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid) {
+    UniformState means = equations.reference();
+    const std::vector<std::string> names = names_of(components_of_state(equations));
+    Threads one(1);
+    numerics::Fields cells(grid, 1);
+    for (const auto& [name, formula] : start.formulas) {
+        numerics::fill(formula_of(name, formula), grid, one, cells[0]);
+        const auto c = static_cast<std::size_t>(index_of(name, names));
+        means[static_cast<std::size_t>(equations.state_components()[c])] =
+            std::accumulate(cells[0].begin(), cells[0].end(), 0.0) / static_cast<double>(numerics::points(grid));
+    }
+    return means;
+}
 
 std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
                                         int degree) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mapped.hpp"
 #include "model/compiled.hpp"
 #include "model/explicit_part.hpp"
 
@@ -25,9 +26,7 @@ struct ProductsOfNoise {
         for (int array = 0; array < state.count(); ++array)
             if (!std::isfinite(state[array][1].real())) return;  // the run has diverged, which it says itself
         for (Driven& one : driven) {
-            std::vector<const Complex*> given;
-            for (const int array : one.increments) given.push_back(increments[array].data());
-            one.part.set_given(std::move(given));
+            one.part.set_given(mapped(one.increments, [&](int array) { return increments[array].data(); }));
             one.part(t, state, rate);
             for (const int array : one.arrays) {
                 const std::span<const Complex> from = std::as_const(rate)[array];

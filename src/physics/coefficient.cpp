@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "base/mapped.hpp"
 #include "physics/model_file.hpp"
 
 namespace drover::physics {
@@ -38,11 +39,7 @@ double power(double base, int exponent) {
 }
 
 /// "rho and sigma".
-std::string symbols() {
-    std::vector<std::string> words;
-    for (const FieldRow* field : densities()) words.push_back(field->symbol);
-    return joined(words, " and ");
-}
+std::string symbols() { return joined(mapped(densities(), &FieldRow::symbol), " and "); }
 
 int degree_of(const Monomial& monomial) { return monomial.powers[0] + monomial.powers[1]; }
 }  // namespace

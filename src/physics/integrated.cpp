@@ -125,6 +125,7 @@ Domain domain_of(const Equations& e) {
     }
     return domain;
 }
+
 }  // namespace
 
 model::Integrated integrated(const Equations& e, const Densities& about, const numerics::Dealiasing& dealiasing) {
@@ -146,17 +147,12 @@ model::Integrated integrated(const ModelValues& model, const numerics::Dealiasin
     return integrated(Equations(model), mean_densities(model), dealiasing);
 }
 
-namespace {
-bool is_uniform(const Equations& equations, std::size_t term) {
-    const SourceRow& source = equations.model.file->source;
-    return !equations.right_sides().terms()[term].is_placed &&
-           !(equations.terms()[term] == source.section && source_kind(equations.model) == SourceKind::point);
-}
-}  // namespace
-
 std::string nonuniform_term(const Equations& equations) {
+    const bool has_point = source_kind(equations.model) == SourceKind::point;
     for (std::size_t n = 0; n < equations.terms().size(); ++n)
-        if (!is_uniform(equations, n)) return equations.terms()[n];
+        if (const std::string& term = equations.terms()[n];
+            equations.right_sides().terms()[n].is_placed || (has_point && term == equations.model.file->source.section))
+            return term;
     return "";
 }
 

@@ -24,6 +24,22 @@ const FieldRow* find_field(const ModelFile& file, const std::string& symbol) {
         if (field.symbol == symbol) return &field;
     return nullptr;
 }
+
+/// The fields of a model: "rate" or "balance" of each.
+NamedTexts present_fields(const ModelValues& model) {
+    NamedTexts present;
+    for (const FieldRow& field : model.file->fields)
+        if (const Presence how = presence(model, field); how != Presence::absent)
+            present.emplace_back(field.symbol, how == Presence::rate ? "rate" : "balance");
+    return present;
+}
+
+const std::string* named_form(const ModelValues& model) {
+    const NamedTexts present = present_fields(model);
+    for (const auto& [name, fields] : model.file->forms)
+        if (fields == present) return &name;
+    return nullptr;
+}
 }  // namespace
 
 ModelValues::ModelValues(const ModelFile& of) : file(&of) {
@@ -127,24 +143,6 @@ std::string unit_of(const ModelValues& model, const std::string& unit) {
         result.replace(at, name.size(), of_order == "1" ? of_order : "(" + of_order + ")");
     return result;
 }
-
-namespace {
-/// The fields of a model: "rate" or "balance" of each.
-NamedTexts present_fields(const ModelValues& model) {
-    NamedTexts present;
-    for (const FieldRow& field : model.file->fields)
-        if (const Presence how = presence(model, field); how != Presence::absent)
-            present.emplace_back(field.symbol, how == Presence::rate ? "rate" : "balance");
-    return present;
-}
-
-const std::string* named_form(const ModelValues& model) {
-    const NamedTexts present = present_fields(model);
-    for (const auto& [name, fields] : model.file->forms)
-        if (fields == present) return &name;
-    return nullptr;
-}
-}  // namespace
 
 bool is_named_form(const ModelValues& model) { return named_form(model) != nullptr; }
 

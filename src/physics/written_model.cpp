@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/mapped.hpp"
 #include "physics/program_functions.hpp"
 
 namespace drover::physics {
@@ -12,10 +13,8 @@ namespace {
 const FieldRow& target_of(const CompiledModel& model, const TextTerm& written) {
     const std::vector<FieldRow>& fields = model.model.file->fields;
     const auto target = std::ranges::find_if(fields, [&](const FieldRow& one) { return written.of == one.alias; });
-    std::vector<std::string> names;
-    for (const FieldRow& field : fields) names.push_back(field.alias);
     require(target != fields.end(), written.where, "of = \"{}\"; expected one of {}: the field of the equation",
-            written.of, joined(names));
+            written.of, joined(mapped(fields, &FieldRow::alias)));
     require(presence(model.model, *target) != Presence::absent, written.where,
             "of = \"{}\", a field that this model excludes; include the field in [fields], or remove the term",
             written.of);
@@ -32,8 +31,7 @@ SceneTerm text_term(const TextTerm& written, const FieldRow& target, const std::
     const std::size_t expected = target.spin == 0 && !is_flux ? 1 : 2;
     require(texts.size() == expected, written.where, "{} has {} expressions; expected {}", is_flux ? "flux" : "value",
             texts.size(), expected == 1 ? "one, for a density" : "two, the x and y components");
-    std::vector<std::string> shown;
-    for (const model::Text& one : texts) shown.push_back(one.text);
+    const std::vector<std::string> shown = mapped(texts, &model::Text::text);
     return {.field = target.symbol,
             .equation = text(is_flux            ? "-div({})"
                              : shown.size() > 1 ? "({})"
@@ -57,26 +55,7 @@ SceneTerm function_term(const CompiledModel& model, const TextTerm& written, con
                         .is_flux = target.spin == 0,
                         .scope = scope}};
 }
-}  // namespace
 
-std::vector<SceneTerm> scene_terms(const CompiledModel& model) {
-    std::vector<SceneTerm> terms;
-    if (model.model.text_terms.empty()) return terms;
-    const auto scope = std::make_shared<model::Scope>();
-    scope->names = text_names(model.model);
-    scope->parameters = model.model.parameters;
-    for (std::size_t n = 0; n < model.model.text_terms.size(); ++n) {
-        const TextTerm& written = model.model.text_terms[n];
-        const FieldRow& target = target_of(model, written);
-        terms.push_back(written.function.empty() ? text_term(written, target, scope)
-                                                 : function_term(model, written, target, n + 1));
-        terms.back().written.name = text("terms[{}]", n + 1);
-        terms.back().written.is_explicit = written.is_explicit;
-    }
-    return terms;
-}
-
-namespace {
 /// Of terms whose key is no coefficient, too.
 bool is_active(const CompiledModel& m, const TermRow& term) {
     const ModelFile& file = *m.model.file;
@@ -106,11 +85,7 @@ model::GivenFunction function_of(const Coefficient& coefficient) {
 }
 
 /// "rho, sigma": the arguments of tables.
-std::string arguments_of(const ModelFile& file) {
-    std::vector<std::string> symbols;
-    for (const FieldRow* field : densities(file)) symbols.push_back(field->symbol);
-    return joined(symbols);
-}
+std::string arguments_of(const ModelFile& file) { return joined(mapped(densities(file), &FieldRow::symbol)); }
 
 void add_coefficients(const CompiledModel& m, model::Model& result) {
     const ModelFile& file = *m.model.file;
@@ -187,7 +162,43 @@ model::Field field_of(const CompiledModel& m, const FieldRow& row, Written as) {
     }
     return field;
 }
+
+/// Whether two models have the same terms in the same form.
+bool has_same_terms(const ModelValues& a, const ModelValues& b) {
+    const std::vector<const FieldRow*> means = densities(*a.file);
+    const bool has_densities =
+        std::ranges::all_of(means, [&](const FieldRow* field) { return presence(a, *field) != Presence::absent; });
+    const auto may_differ = [&](const KeyRow& row) {
+        return std::ranges::any_of(means, [&](const FieldRow* field) {
+            return row.key() == field->area || (has_densities && row.key() == field->reference);
+        });
+    };
+    const auto factors = [&](const KeyRow& row) {  // their coefficients are compared
+        return std::ranges::any_of(a.file->coefficients,
+                                   [&](const CoefficientRow& one) { return one.factor_key == row.key(); });
+    };
+    return a.text_terms.empty() && b.text_terms.empty() && std::ranges::all_of(a.file->keys, [&](const KeyRow& row) {
+               return may_differ(row) || factors(row) || a.values.at(row.key()) == b.values.at(row.key());
+           });
+}
 }  // namespace
+
+std::vector<SceneTerm> scene_terms(const CompiledModel& model) {
+    std::vector<SceneTerm> terms;
+    if (model.model.text_terms.empty()) return terms;
+    const auto scope = std::make_shared<model::Scope>();
+    scope->names = text_names(model.model);
+    scope->parameters = model.model.parameters;
+    for (std::size_t n = 0; n < model.model.text_terms.size(); ++n) {
+        const TextTerm& written = model.model.text_terms[n];
+        const FieldRow& target = target_of(model, written);
+        terms.push_back(written.function.empty() ? text_term(written, target, scope)
+                                                 : function_term(model, written, target, n + 1));
+        terms.back().written.name = text("terms[{}]", n + 1);
+        terms.back().written.is_explicit = written.is_explicit;
+    }
+    return terms;
+}
 
 WrittenModel write_model(const CompiledModel& m, Written as) {
     WrittenModel result;
@@ -213,27 +224,6 @@ WrittenModel write_model(const CompiledModel& m, Written as) {
     add_names(m, result.model);
     return result;
 }
-
-namespace {
-/// Whether two models have the same terms in the same form.
-bool has_same_terms(const ModelValues& a, const ModelValues& b) {
-    const std::vector<const FieldRow*> means = densities(*a.file);
-    const bool has_densities =
-        std::ranges::all_of(means, [&](const FieldRow* field) { return presence(a, *field) != Presence::absent; });
-    const auto may_differ = [&](const KeyRow& row) {
-        return std::ranges::any_of(means, [&](const FieldRow* field) {
-            return row.key() == field->area || (has_densities && row.key() == field->reference);
-        });
-    };
-    const auto factors = [&](const KeyRow& row) {  // their coefficients are compared
-        return std::ranges::any_of(a.file->coefficients,
-                                   [&](const CoefficientRow& one) { return one.factor_key == row.key(); });
-    };
-    return a.text_terms.empty() && b.text_terms.empty() && std::ranges::all_of(a.file->keys, [&](const KeyRow& row) {
-               return may_differ(row) || factors(row) || a.values.at(row.key()) == b.values.at(row.key());
-           });
-}
-}  // namespace
 
 std::optional<std::map<std::string, double>> ratios_of_terms(const CompiledModel& m, const CompiledModel& to) {
     if (!has_same_terms(m.model, to.model)) return {};

@@ -1,7 +1,9 @@
 // theory/binodal.hpp: densities of two phases that coexist in a travelling or standing state.
 #pragma once
+#include <cstddef>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -49,5 +51,16 @@ std::optional<Coexistence> phases_of(const TravellingProblem& problem, const num
 /// follow their references.  Throws a run Error where the first state has no two phases, and what problem.at throws.
 Binodal trace_binodal(const TravellingProblem& problem, const numerics::TravellingState& first, int component,
                       double last, int steps, Threads& threads);
+
+/// A density of a state between its extremes: two plateaus of coexisting phases, or a single wave.
+struct DensityProfile {
+    double low = 0.0, high = 0.0;                    ///< at the flattest points below and above the middle
+    bool low_is_flat = false, high_is_flat = false;  ///< plateaus: both are phases that coexist
+    std::size_t low_at = 0, high_at = 0;             ///< these points
+    double width = 0.0;                              ///< of the part above the middle [mm]; 0: uniform to rounding
+};
+
+/// `density`: on the points of a line of length lx.
+DensityProfile density_profile(std::span<const double> density, double lx);
 
 }  // namespace drover::theory

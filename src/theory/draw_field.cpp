@@ -1,5 +1,5 @@
 // theory/draw_field.cpp: margins over draws of uncertain numbers, and the band that they give.
-#include "theory/draw_field.hpp"
+#include "theory/boundary.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mapped.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/bracket.hpp"
 #include "numerics/algebra/extremum.hpp"
@@ -18,10 +19,6 @@ void check(const GrowthSearch& search) {
 }
 
 namespace {
-std::vector<double> log_wavenumbers(const GrowthSearch& search) {
-    return numerics::even_logarithms(search.min, search.max, search.wavenumbers);
-}
-
 /// Climbs from a place, as log |q| and angle, to the nearest maximum within the search.
 std::pair<double, double> climbed(const model::LinearisedAt& at, std::pair<double, double> from,
                                   std::pair<double, double> steps, const GrowthSearch& search) {
@@ -37,8 +34,7 @@ std::pair<double, double> climbed(const model::LinearisedAt& at, std::pair<doubl
 /// The grid of a search with its maxima refined: log |q| ascending.
 std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, const std::vector<double>& log_q) {
     const auto rate = [&](double x) { return growth_rate(at, std::exp(x), angle); };
-    std::vector<double> rates;
-    for (const double x : log_q) rates.push_back(rate(x));
+    const std::vector<double> rates = mapped(log_q, rate);
     std::vector<double> places = log_q;
     for (std::size_t k = 0; k < log_q.size(); ++k) {
         const double left = k > 0 ? rates[k - 1] : rates[k], right = k + 1 < rates.size() ? rates[k + 1] : rates[k];
@@ -54,7 +50,8 @@ std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, con
 
 std::vector<Band> growth_bands(const model::LinearisedAt& at, double angle, const GrowthSearch& search) {
     check(search);
-    const std::vector<double> places = with_maxima(at, angle, log_wavenumbers(search));
+    const std::vector<double> places =
+        with_maxima(at, angle, numerics::even_logarithms(search.min, search.max, search.wavenumbers));
     const auto excess = [&](double x) {
         const Growth here = growth(at, std::exp(x), angle);
         return here.rate - here.rounding;

@@ -224,11 +224,7 @@ LongWaves even_waves_of(const Expansion& at) {
             speed->setZero();  // rounding of the singular vectors
     return result;
 }
-}  // namespace
 
-LongWaves long_waves(const model::LinearisedAt& at) { return waves_of(expansion_of(at)); }
-
-namespace {
 /// Speeds that differ by less than this part of the largest are one: rounding splits a double root by its square root.
 constexpr double same = 3e-7;
 
@@ -313,7 +309,36 @@ void for_groups(const AtAngle& at, See see) {
         see(speeds(first), group_of(at, speeds(first), next - first));
     }
 }
+
+/// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
+/// as columns, by members.
+Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    const std::vector<int> of_members = fields_of(at.equations(), at.members());
+    std::vector<int> fields;
+    for (Eigen::Index k = 0; k < parts.cols(); ++k) {
+        Eigen::Index member = 0;
+        parts.col(k).cwiseAbs().maxCoeff(&member);
+        fields.push_back(of_members[static_cast<std::size_t>(member)]);
+    }
+    return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
+                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows()), sizes = sum;
+                for (int n = 0; n <= x && y == 0; ++n) {
+                    const MatrixXd summand = std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
+                    sum += summand;
+                    sizes += summand.cwiseAbs();
+                }
+                constexpr double rounding = 1e-14;  // of parts along q that cancel
+                const MatrixXd result = parts.transpose() * sum * parts,
+                               size = parts.transpose().cwiseAbs() * sizes * parts.cwiseAbs();
+                return (result.array().abs() <= rounding * size.array()).select(0.0, result);
+            },
+            .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members()),
+            .fields = fields};
+}
 }  // namespace
+
+LongWaves long_waves(const model::LinearisedAt& at) { return waves_of(expansion_of(at)); }
 
 std::vector<SlowMode> slow_modes(const LongWaves& waves, double angle) {
     std::vector<SlowMode> modes;
@@ -342,35 +367,6 @@ SlowGrowth slow_growth(const LongWaves& waves, double angle) {
     if (growth.first > 0.0) growth.second = 0.0;
     return growth;
 }
-
-namespace {
-/// Waves of one direction as if along x, without the parts along q of divergence-free fields; `parts` has the others
-/// as columns, by members.
-Expansion along_one_direction(const model::LinearisedAt& at, double angle, const MatrixXd& parts) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    const std::vector<int> of_members = fields_of(at.equations(), at.members());
-    std::vector<int> fields;
-    for (Eigen::Index k = 0; k < parts.cols(); ++k) {
-        Eigen::Index member = 0;
-        parts.col(k).cwiseAbs().maxCoeff(&member);
-        fields.push_back(of_members[static_cast<std::size_t>(member)]);
-    }
-    return {.factors = [&at, parts, c, s](int x, int y) -> MatrixXd {
-                MatrixXd sum = MatrixXd::Zero(parts.rows(), parts.rows()), sizes = sum;
-                for (int n = 0; n <= x && y == 0; ++n) {
-                    const MatrixXd summand = std::pow(c, n) * std::pow(s, x - n) * factors_of(at, n, x - n);
-                    sum += summand;
-                    sizes += summand.cwiseAbs();
-                }
-                constexpr double rounding = 1e-14;  // of parts along q that cancel
-                const MatrixXd result = parts.transpose() * sum * parts,
-                               size = parts.transpose().cwiseAbs() * sizes * parts.cwiseAbs();
-                return (result.array().abs() <= rounding * size.array()).select(0.0, result);
-            },
-            .mass_density = parts.transpose().cwiseAbs2() * at.mass_density()(at.members()),
-            .fields = fields};
-}
-}  // namespace
 
 SlowModes slow_modes(const model::LinearisedAt& at, double angle) {
     const double direction = at.direction() + angle;

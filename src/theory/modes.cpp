@@ -1,4 +1,4 @@
-// theory/modes.cpp: the modes of one wave, and the shares of terms in their rates.
+// theory/modes.cpp: the modes of one wave, the shares of terms in their rates, and branches from wave to wave.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,8 +8,8 @@
 #include "base/constants.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
-#include "numerics/algebra/precise_eigenvalues.hpp"
 #include "theory/decaying_part.hpp"
+#include "theory/instabilities.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -47,6 +47,13 @@ void for_balanced_sets(const model::Symbol& m, const std::vector<int>& fields, V
     }
 }
 
+Modes reordered(const Modes& modes, const std::vector<Eigen::Index>& order) {
+    return {.rates = modes.rates(order),
+            .shapes = modes.shapes(Eigen::all, order),
+            .duals = modes.duals(order, Eigen::all),
+            .roundings = modes.roundings(order)};
+}
+
 /// Eigenvalues to six digits of each rate where the matrix is small enough; as modes().  `fields`: of the rows.
 Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
     const Eigen::Index n = m.rows();
@@ -74,9 +81,9 @@ Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
         all.duals(places, rows) = norms.asDiagonal() * duals * scale.cwiseInverse().asDiagonal();
         first += count;
     });
-    std::vector<int> order(static_cast<std::size_t>(n));
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::sort(order, [&](int a, int b) {
+    std::vector<Eigen::Index> order(static_cast<std::size_t>(n));
+    std::iota(order.begin(), order.end(), Eigen::Index{0});
+    std::ranges::sort(order, [&](Eigen::Index a, Eigen::Index b) {
         const std::complex<double> one = all.rates(a), other = all.rates(b);
         return one.real() != other.real() ? one.real() > other.real() : one.imag() > other.imag();
     });
@@ -85,10 +92,7 @@ Modes sorted_modes(const model::Symbol& m, const std::vector<int>& fields) {
         const double rounding = std::max(all.roundings(order[k]), 1e-12 * std::abs(one));
         if (one.imag() > 0.0 && std::abs(other - std::conj(one)) <= 2.0 * rounding) std::swap(order[k], order[k + 1]);
     }
-    return {.rates = all.rates(order),
-            .shapes = all.shapes(Eigen::all, order),
-            .duals = all.duals(order, Eigen::all),
-            .roundings = all.roundings(order)};
+    return reordered(all, order);
 }
 
 /// Eigenvalues of a balanced set.
@@ -118,6 +122,31 @@ FreeChanges free_changes(const model::LinearisedAt& at, const Wavevector& q) {
     return {.basis = basis,
             .symbol = basis.transpose() * m * basis,
             .fields = std::vector<int>(static_cast<std::size_t>(free), 0)};
+}
+
+/// Which mode of `next` each mode of `last` has become.
+std::vector<Eigen::Index> continuation(const Modes& last, const Modes& next) {
+    const auto n = last.rates.size();
+    // |l_i r'_j| |l'_j r_i|: 1 for the same shape, whatever its length and phase; no guide where a matrix is defective.
+    const Eigen::MatrixXd there = (last.duals * next.shapes).cwiseAbs(), back = (next.duals * last.shapes).cwiseAbs();
+    const Eigen::MatrixXd alike = there.cwiseProduct(back.transpose());
+    const double size = std::max(last.rates.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
+    const bool guided = alike.allFinite() && alike.rowwise().sum().maxCoeff() < 4.0;
+    Eigen::MatrixXd merit(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const double distance = std::abs(last.rates(i) - next.rates(j)) / size;
+            merit(i, j) = guided ? alike(i, j) - 1e-6 * distance : -distance;
+        }
+    std::vector<Eigen::Index> chosen(static_cast<std::size_t>(n));
+    for (Eigen::Index count = 0; count < n; ++count) {
+        Eigen::Index i = 0, j = 0;
+        merit.maxCoeff(&i, &j);
+        chosen[static_cast<std::size_t>(i)] = j;
+        merit.row(i).setConstant(-infinite);
+        merit.col(j).setConstant(-infinite);
+    }
+    return chosen;
 }
 }  // namespace
 
@@ -211,6 +240,27 @@ std::vector<std::complex<double>> term_shares(const model::LinearisedAt& at, con
     for (std::size_t n = 0; n < at.equations().terms().size(); ++n)
         shares.emplace_back(left * at.term_symbol(n, q) * right);
     return shares;
+}
+
+ModeMap mode_map(const model::LinearisedAt& at, const std::vector<double>& wavenumbers,
+                 const std::vector<double>& angles, Threads& threads) {
+    ModeMap map{.wavenumbers = wavenumbers,
+                .angles = angles,
+                .modes = std::vector<Modes>(wavenumbers.size() * angles.size())};
+    const std::size_t width = wavenumbers.size();
+    threads.for_chunks(angles.size(), 1, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t a = begin; a < end; ++a)
+            for (std::size_t k = 0; k < width; ++k) {
+                Modes& here = map.modes[a * width + k];
+                here = modes(at, at.wavevector(wavenumbers[k], angles[a]));
+                if (k > 0) here = reordered(here, continuation(map.modes[a * width + k - 1], here));
+            }
+    });
+    for (std::size_t a = 1; a < angles.size(); ++a) {
+        const std::vector<Eigen::Index> order = continuation(map.at(a - 1, 0), map.at(a, 0));
+        for (std::size_t k = 0; k < width; ++k) map.modes[a * width + k] = reordered(map.at(a, k), order);
+    }
+    return map;
 }
 
 }  // namespace drover::theory

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "numerics/algebra/precise_eigenvalues.hpp"
-
 namespace drover::numerics::dense_tests {
 namespace {
 

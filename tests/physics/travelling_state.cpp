@@ -9,7 +9,7 @@
 #include "drover/base/error.hpp"
 #include "kink_model.hpp"
 #include "physics/rod_bead_model.hpp"
-#include "theory/density_profile.hpp"
+#include "theory/binodal.hpp"
 #include "travelling_problem.hpp"
 
 namespace drover::physics::travelling_state_tests {

@@ -1,5 +1,5 @@
 // tests/theory/density_profile.cpp: plateaus and waves of known shape.
-#include "theory/density_profile.hpp"
+#include "theory/binodal.hpp"
 
 #include <gtest/gtest.h>
 

@@ -139,36 +139,7 @@ PhiFunctions rounded(const Exponential<N>& e, double dt) {
     for (int k = 1; k <= e.highest; ++k) result.push_back(rounded(e.phi[static_cast<std::size_t>(k)]));
     return result;
 }
-}  // namespace
 
-std::vector<PhiFunctions> phi_functions_of_halves(const Block& m, double dt, int count, int highest) {
-    require(highest >= 3 && highest <= max_phi, {}, "phi functions up to {}; expected 3 to {}", highest, max_phi);
-    std::vector<PhiFunctions> result(static_cast<std::size_t>(count));
-    for_size(m, [&]<int N>() {
-        const Matrix<N> rates = extended<N>(m, m);
-        const int doublings = halvings(rates, dt);
-        const auto short_interval = [&](int k) {
-            return short_exponential<N>(std::ldexp(Real(dt), -k) * rates, highest);
-        };
-        const auto keep = [&](int k, const Exponential<N>& e) {
-            if (k < count) result[static_cast<std::size_t>(k)] = rounded(e, std::ldexp(dt, -k));
-        };
-        for (int k = doublings + 1; k < count; ++k) keep(k, short_interval(k));
-        Exponential<N> e = short_interval(doublings);
-        keep(doublings, e);
-        for (int k = doublings - 1; k >= 0; --k) {
-            double_interval(e);
-            keep(k, e);
-        }
-    });
-    return result;
-}
-
-PhiFunctions phi_functions(const Block& m, double dt, int highest) {
-    return std::move(phi_functions_of_halves(m, dt, 1, highest).front());
-}
-
-namespace {
 template <int N>
 struct NoisyInterval {
     Matrix<N> covariance;
@@ -356,7 +327,45 @@ NoiseHalves halves_of(const Matrix<N>& half, const Matrix<N>& propagator, double
             for (int k = 0; k < rows; ++k) spread(i, k) = spread(k, i) = 0.0L;
     return {rounded(regression), rounded(factor_of(spread, deviation)), rounded(propagator)};
 }
+
+template <class Scalar>
+using DynamicMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
+template <class Scalar>
+DynamicMatrix<Scalar> matrix_of(const Block& block) {
+    DynamicMatrix<Scalar> result(block.size, block.size);
+    for (int i = 0; i < block.size; ++i)
+        for (int j = 0; j < block.size; ++j) result(i, j) = block(i, j);
+    return result;
+}
 }  // namespace
+
+std::vector<PhiFunctions> phi_functions_of_halves(const Block& m, double dt, int count, int highest) {
+    require(highest >= 3 && highest <= max_phi, {}, "phi functions up to {}; expected 3 to {}", highest, max_phi);
+    std::vector<PhiFunctions> result(static_cast<std::size_t>(count));
+    for_size(m, [&]<int N>() {
+        const Matrix<N> rates = extended<N>(m, m);
+        const int doublings = halvings(rates, dt);
+        const auto short_interval = [&](int k) {
+            return short_exponential<N>(std::ldexp(Real(dt), -k) * rates, highest);
+        };
+        const auto keep = [&](int k, const Exponential<N>& e) {
+            if (k < count) result[static_cast<std::size_t>(k)] = rounded(e, std::ldexp(dt, -k));
+        };
+        for (int k = doublings + 1; k < count; ++k) keep(k, short_interval(k));
+        Exponential<N> e = short_interval(doublings);
+        keep(doublings, e);
+        for (int k = doublings - 1; k >= 0; --k) {
+            double_interval(e);
+            keep(k, e);
+        }
+    });
+    return result;
+}
+
+PhiFunctions phi_functions(const Block& m, double dt, int highest) {
+    return std::move(phi_functions_of_halves(m, dt, 1, highest).front());
+}
 
 NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count) {
     NoiseTree result{.covariance = {}, .halves = std::vector<NoiseHalves>(static_cast<std::size_t>(count))};
@@ -371,19 +380,6 @@ NoiseTree noise_tree(const Block& m, const Block& q, double whole, int count) {
     });
     return result;
 }
-
-namespace {
-template <class Scalar>
-using DynamicMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
-
-template <class Scalar>
-DynamicMatrix<Scalar> matrix_of(const Block& block) {
-    DynamicMatrix<Scalar> result(block.size, block.size);
-    for (int i = 0; i < block.size; ++i)
-        for (int j = 0; j < block.size; ++j) result(i, j) = block(i, j);
-    return result;
-}
-}  // namespace
 
 std::vector<std::complex<double>> eigenvalues(const Block& m) {
     if (m.size == 0) return {};

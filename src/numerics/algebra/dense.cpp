@@ -74,6 +74,39 @@ Matrix shortest_even_solution(const Matrix& a, const Matrix& b) {
     const Matrix right = scales.rows.asDiagonal() * b;
     return scales.columns.asDiagonal() * Matrix(scaled(a, scales).completeOrthogonalDecomposition().solve(right));
 }
+
+template <class Matrix>
+DenseEigen eigen_of(const Matrix& a) {
+    const Eigen::ComplexEigenSolver<Matrix> solver(a);
+    if (solver.info() != Eigen::Success) return {.values = {}, .vectors = {}, .has_converged = false};
+    return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
+}
+
+template <class Solver>
+VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
+    return Solver(a, false).eigenvalues();
+}
+
+template <class Matrix>
+Matrix balanced_of(const Matrix& a) {
+    const Eigen::VectorXd scale = balance(a.template cast<std::complex<double>>());
+    return scale.cwiseInverse().asDiagonal() * a * scale.asDiagonal();
+}
+
+template <class Matrix>
+DenseSvd<Matrix> svd_of(const Matrix& a) {
+    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
+}
+
+template <class Matrix>
+double solve_lyapunov_as(const Matrix& m, const Matrix& q, MatrixXcd& s) {
+    const Eigen::ComplexSchur<Matrix> schur(m);
+    Matrix solution;
+    const double largest = solve_lyapunov_of_schur<Matrix>(schur.matrixT(), schur.matrixU(), q, solution);
+    if (largest < 0.0) s = solution;
+    return largest;
+}
 }  // namespace
 
 MatrixXd pivoted_inverse(const MatrixXd& a) {
@@ -94,20 +127,6 @@ MatrixXd shortest_solution(const MatrixXd& a, const MatrixXd& b, double threshol
 MatrixXcd shortest_solution(const MatrixXcd& a, const MatrixXcd& b) { return shortest_even_solution(a, b); }
 
 MatrixXd orthogonal_factor(const MatrixXd& a) { return Eigen::HouseholderQR<MatrixXd>(a).householderQ(); }
-
-namespace {
-template <class Matrix>
-DenseEigen eigen_of(const Matrix& a) {
-    const Eigen::ComplexEigenSolver<Matrix> solver(a);
-    if (solver.info() != Eigen::Success) return {.values = {}, .vectors = {}, .has_converged = false};
-    return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
-}
-
-template <class Solver>
-VectorXcd eigenvalues_of(const typename Solver::MatrixType& a) {
-    return Solver(a, false).eigenvalues();
-}
-}  // namespace
 
 Eigen::VectorXd balance(const Eigen::MatrixXcd& a) {
     if (a.rows() == 0) return {};
@@ -136,14 +155,6 @@ Eigen::VectorXd balance(const Eigen::MatrixXcd& a) {
     return result;
 }
 
-namespace {
-template <class Matrix>
-Matrix balanced_of(const Matrix& a) {
-    const Eigen::VectorXd scale = balance(a.template cast<std::complex<double>>());
-    return scale.cwiseInverse().asDiagonal() * a * scale.asDiagonal();
-}
-}  // namespace
-
 MatrixXd balanced(const MatrixXd& a) { return balanced_of(a); }
 MatrixXcd balanced(const MatrixXcd& a) { return balanced_of(a); }
 
@@ -157,27 +168,8 @@ VectorXcd dense_eigenvalues(const MatrixXcd& a) {
 }
 VectorXcd dense_eigenvalues(const MatrixXd& a) { return eigenvalues_of<Eigen::EigenSolver<MatrixXd>>(a); }
 
-namespace {
-template <class Matrix>
-DenseSvd<Matrix> svd_of(const Matrix& a) {
-    const Eigen::JacobiSVD<Matrix> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    return {.left = svd.matrixU(), .values = svd.singularValues(), .right = svd.matrixV()};
-}
-}  // namespace
-
 DenseSvd<MatrixXd> dense_svd(const MatrixXd& a) { return svd_of(a); }
 DenseSvd<MatrixXcd> dense_svd(const MatrixXcd& a) { return svd_of(a); }
-
-namespace {
-template <class Matrix>
-double solve_lyapunov_as(const Matrix& m, const Matrix& q, MatrixXcd& s) {
-    const Eigen::ComplexSchur<Matrix> schur(m);
-    Matrix solution;
-    const double largest = solve_lyapunov_of_schur<Matrix>(schur.matrixT(), schur.matrixU(), q, solution);
-    if (largest < 0.0) s = solution;
-    return largest;
-}
-}  // namespace
 
 double solve_lyapunov(const MatrixXcd& m, const MatrixXcd& q, MatrixXcd& s) {
     require(m.rows() >= 1 && m.rows() <= max_lyapunov && m.cols() == m.rows() && q.rows() == m.rows() &&

@@ -6,13 +6,13 @@
 
 #include <memory>
 
+#include "base/mapped.hpp"
+
 namespace drover::numerics {
 
 std::vector<double> even_logarithms(double min, double max, int count) {
-    std::vector<double> result;
     const double first = std::log(min), last = std::log(max);
-    for (int k = 0; k < count; ++k) result.push_back(first + (last - first) * k / (count - 1));
-    return result;
+    return mapped(std::views::iota(0, count), [&](int k) { return first + (last - first) * k / (count - 1); });
 }
 
 std::pair<double, double> climbed(const std::function<double(double, double)>& function, std::pair<double, double> from,
@@ -59,9 +59,7 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
 }
 
 Line fit_line_of_times(std::span<const double> x, std::span<const double> y) {
-    std::vector<double> weights;
-    for (const double one : x) weights.push_back(1.0 / (one * one));
-    return fit_line(x, y, weights);
+    return fit_line(x, y, mapped(x, [](double one) { return 1.0 / (one * one); }));
 }
 
 }  // namespace drover::numerics

@@ -1,5 +1,5 @@
 // numerics/algebra/precise_eigenvalues.cpp: the complex QR algorithm in quadruple precision.
-#include "numerics/algebra/precise_eigenvalues.hpp"
+#include "numerics/algebra/dense.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/constants.hpp"
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::numerics {
@@ -26,10 +27,8 @@ std::vector<double> node_slopes(const std::vector<double>& x, const std::vector<
     const gsl_interp_type* kind = x.size() == 2 ? gsl_interp_linear : gsl_interp_cspline;
     const std::unique_ptr<gsl_interp, void (*)(gsl_interp*)> curve(gsl_interp_alloc(kind, x.size()), gsl_interp_free);
     gsl_interp_init(curve.get(), x.data(), y.data(), x.size());
-    std::vector<double> slopes;
-    for (const double place : x)
-        slopes.push_back(gsl_interp_eval_deriv(curve.get(), x.data(), y.data(), place, nullptr));
-    return slopes;
+    return mapped(x,
+                  [&](double place) { return gsl_interp_eval_deriv(curve.get(), x.data(), y.data(), place, nullptr); });
 }
 
 /// The cell of an axis that contains a point, the position within it, and its length (0 for an axis of one node).
@@ -62,6 +61,21 @@ Hermite hermite(const Cell& cell) {
             .slope = {h * s * (1.0 - s) * (1.0 - s), -h * s * s * (1.0 - s)},
             .value_rate = {-rise_rate, rise_rate},
             .slope_rate = {(1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)}};
+}
+
+/// Weights of the nodes of one axis in the value at a point.
+std::vector<double> node_weights(const std::vector<double>& axis, double place) {
+    const Cell cell = cell_of(axis, place);
+    const Hermite h = hermite(cell);
+    std::vector<double> weights(axis.size(), 0.0), one(axis.size(), 0.0);
+    for (std::size_t i = 0; i < axis.size(); ++i) {
+        one[i] = 1.0;
+        const std::vector<double> slopes = node_slopes(axis, one);
+        for (std::size_t end = 0; end < (cell.length == 0.0 ? 1u : 2u); ++end)
+            weights[i] += h.value[end] * one[cell.first + end] + h.slope[end] * slopes[cell.first + end];
+        one[i] = 0.0;
+    }
+    return weights;
 }
 }  // namespace
 
@@ -122,23 +136,6 @@ TableValue SplineTable::at(double at_first, double at_second) const {
     if (!two.inside) sum.by_second = 0.0;
     return sum;
 }
-
-namespace {
-/// Weights of the nodes of one axis in the value at a point.
-std::vector<double> node_weights(const std::vector<double>& axis, double place) {
-    const Cell cell = cell_of(axis, place);
-    const Hermite h = hermite(cell);
-    std::vector<double> weights(axis.size(), 0.0), one(axis.size(), 0.0);
-    for (std::size_t i = 0; i < axis.size(); ++i) {
-        one[i] = 1.0;
-        const std::vector<double> slopes = node_slopes(axis, one);
-        for (std::size_t end = 0; end < (cell.length == 0.0 ? 1u : 2u); ++end)
-            weights[i] += h.value[end] * one[cell.first + end] + h.slope[end] * slopes[cell.first + end];
-        one[i] = 0.0;
-    }
-    return weights;
-}
-}  // namespace
 
 double SplineTable::standard_error(double at_first, double at_second) const {
     if (errors_.empty()) return 0.0;

@@ -22,6 +22,24 @@ constexpr double pi = std::numbers::pi;
 double product(std::span<const double> a, std::span<const double> b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
+
+/// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
+Eigen::MatrixXcd cartesian_block(const System& system, double q) {
+    const IsotropicBlocks blocks = system.linear(q);
+    const BlockParts parts = block_parts(system.layout);
+    const int count = components(system.layout);
+    Eigen::MatrixXcd m = Eigen::MatrixXcd::Zero(count, count);
+    const auto factor = [&](const Part& part) { return power_of_i(q > 0.0 ? part.spin : 0); };
+    const auto fill = [&](const Block& block, const std::vector<Part>& of) {
+        for (std::size_t i = 0; i < of.size(); ++i)
+            for (std::size_t k = 0; k < of.size(); ++k)
+                m(of[i].component, of[k].component) =
+                    std::conj(factor(of[i])) * block(static_cast<int>(i), static_cast<int>(k)) * factor(of[k]);
+    };
+    fill(blocks.even, parts.even);
+    fill(blocks.odd, parts.odd);
+    return m;
+}
 }  // namespace
 
 TravellingSolver::TravellingSolver(TravellingFamily family) : family_(std::move(family)) {
@@ -131,26 +149,6 @@ void TravellingSolver::derive(Values a, double speed, Values v, std::span<double
     for (std::size_t i = 0; i < size(); ++i) result[i] = (result[i] - below[i]) / (2.0 * step) + speed * along[i];
     for (const std::size_t mean : conserved_) result[mean] = shift_ * v[mean];
 }
-
-namespace {
-/// The blocks of L at q along x, in the Cartesian components of the fields: see IsotropicBlocks.
-Eigen::MatrixXcd cartesian_block(const System& system, double q) {
-    const IsotropicBlocks blocks = system.linear(q);
-    const BlockParts parts = block_parts(system.layout);
-    const int count = components(system.layout);
-    Eigen::MatrixXcd m = Eigen::MatrixXcd::Zero(count, count);
-    const auto factor = [&](const Part& part) { return power_of_i(q > 0.0 ? part.spin : 0); };
-    const auto fill = [&](const Block& block, const std::vector<Part>& of) {
-        for (std::size_t i = 0; i < of.size(); ++i)
-            for (std::size_t k = 0; k < of.size(); ++k)
-                m(of[i].component, of[k].component) =
-                    std::conj(factor(of[i])) * block(static_cast<int>(i), static_cast<int>(k)) * factor(of[k]);
-    };
-    fill(blocks.even, parts.even);
-    fill(blocks.odd, parts.odd);
-    return m;
-}
-}  // namespace
 
 /// (L - shift + speed d_x)^-1 of each mode; of conserved means 1/shift.
 void TravellingSolver::invert_blocks(double speed) {

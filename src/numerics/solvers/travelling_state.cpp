@@ -28,6 +28,39 @@ double change_of(const Spectra& state, const Spectra& guess) {
     }
     return std::sqrt(moved / deviation);
 }
+
+/// (a - b)/|a - b| and |a - b|.
+struct Secant {
+    std::vector<double> direction;
+    double length = 0.0;
+};
+Secant secant(std::span<const double> a, std::span<const double> b, std::span<const double> weights) {
+    Secant result{.direction = std::vector<double>(a.size())};
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        result.direction[i] = a[i] - b[i];
+        result.length += weights[i] * result.direction[i] * result.direction[i];
+    }
+    result.length = std::sqrt(result.length);
+    for (double& value : result.direction) value /= result.length;
+    return result;
+}
+
+/// Without the changes of sums of means that are conserved: those sums, which the rows of `means` determine, have no
+/// rate at all but for `rounding`.
+Eigen::MatrixXd without_sums(Eigen::MatrixXd matrix, const std::vector<Eigen::Index>& means, double rounding) {
+    if (means.empty()) return matrix;
+    const Eigen::JacobiSVD<Eigen::MatrixXd> rows(Eigen::MatrixXd(matrix(means, Eigen::all)), Eigen::ComputeFullU);
+    const Eigen::MatrixXd before = matrix(means, Eigen::all);
+    matrix(means, Eigen::all) = rows.matrixU().transpose() * before;
+    const Eigen::MatrixXd across = matrix(Eigen::all, means);
+    matrix(Eigen::all, means) = across * rows.matrixU();
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+        const auto mean = std::ranges::find(means, i);
+        if (mean == means.end() || rows.singularValues()(mean - means.begin()) > rounding) kept.push_back(i);
+    }
+    return matrix(kept, kept);
+}
 }  // namespace
 
 TravellingState TravellingSolver::find(const Spectra& guess, std::optional<double> speed) {
@@ -74,24 +107,6 @@ TravellingSolver::Numbers TravellingSolver::numbers_of(const TravellingState& at
     return u;
 }
 
-namespace {
-/// (a - b)/|a - b| and |a - b|.
-struct Secant {
-    std::vector<double> direction;
-    double length = 0.0;
-};
-Secant secant(std::span<const double> a, std::span<const double> b, std::span<const double> weights) {
-    Secant result{.direction = std::vector<double>(a.size())};
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        result.direction[i] = a[i] - b[i];
-        result.length += weights[i] * result.direction[i] * result.direction[i];
-    }
-    result.length = std::sqrt(result.length);
-    for (double& value : result.direction) value /= result.length;
-    return result;
-}
-}  // namespace
-
 std::vector<TravellingState> TravellingSolver::follow(const TravellingState& first, double last, int max_points) {
     const std::size_t n = size();
     const double begin = first.parameter, range = last - begin,
@@ -132,25 +147,6 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
     }
     return points;
 }
-
-namespace {
-/// Without the changes of sums of means that are conserved: those sums, which the rows of `means` determine, have no
-/// rate at all but for `rounding`.
-Eigen::MatrixXd without_sums(Eigen::MatrixXd matrix, const std::vector<Eigen::Index>& means, double rounding) {
-    if (means.empty()) return matrix;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> rows(Eigen::MatrixXd(matrix(means, Eigen::all)), Eigen::ComputeFullU);
-    const Eigen::MatrixXd before = matrix(means, Eigen::all);
-    matrix(means, Eigen::all) = rows.matrixU().transpose() * before;
-    const Eigen::MatrixXd across = matrix(Eigen::all, means);
-    matrix(Eigen::all, means) = across * rows.matrixU();
-    std::vector<Eigen::Index> kept;
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-        const auto mean = std::ranges::find(means, i);
-        if (mean == means.end() || rows.singularValues()(mean - means.begin()) > rounding) kept.push_back(i);
-    }
-    return matrix(kept, kept);
-}
-}  // namespace
 
 std::vector<std::complex<double>> TravellingSolver::perturbation_rates(const TravellingState& at, std::size_t count) {
     const std::size_t n = size();

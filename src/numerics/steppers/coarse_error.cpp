@@ -28,6 +28,22 @@ Grid coarse_grid_of(const Grid& fine, int degree, double shortest) {
     };
     return {points(fine.nx, fine.lx), points(fine.ny, fine.ly), fine.lx, fine.ly};
 }
+
+std::size_t place(const Grid& grid, int kx, int ky) {
+    return static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky) * columns(grid) + static_cast<std::size_t>(kx);
+}
+
+/// The largest rate and frequency; of the odd block where it oscillates.
+void see_rates(const IsotropicBlocks& linear, double& rate, double& frequency) {
+    for (const Block* block : {&linear.even, &linear.odd})
+        for (const std::complex<double> s : eigenvalues(*block)) {
+            if (block == &linear.odd && s.imag() == 0.0) continue;
+            rate = std::max(rate, s.real());
+            frequency = std::max(frequency, std::abs(s.imag()));
+        }
+}
+
+constexpr double min_sine = 0.2;  // of the angle between two motions that span a plane
 }  // namespace
 
 KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest) {
@@ -37,13 +53,6 @@ KeptGrid coarse_grid(const Grid& fine, int degree, bool noisy, double shortest) 
     const int fewer = std::min(kept, 2);
     return {coarse_grid_of(fine, fewer, shortest), fewer};
 }
-
-namespace {
-std::size_t place(const Grid& grid, int kx, int ky) {
-    return static_cast<std::size_t>(ky < 0 ? grid.ny + ky : ky) * columns(grid) + static_cast<std::size_t>(kx);
-}
-
-}  // namespace
 
 std::vector<ModePair> shared_modes(const KeptGrid& coarse_modes, const KeptGrid& fine_modes) {
     const auto& [coarse, coarse_degree] = coarse_modes;
@@ -81,18 +90,6 @@ std::vector<ModePair> sampled_modes(const Grid& coarse, const KeptGrid& fine_mod
     return result;
 }
 
-namespace {
-/// The largest rate and frequency; of the odd block where it oscillates.
-void see_rates(const IsotropicBlocks& linear, double& rate, double& frequency) {
-    for (const Block* block : {&linear.even, &linear.odd})
-        for (const std::complex<double> s : eigenvalues(*block)) {
-            if (block == &linear.odd && s.imag() == 0.0) continue;
-            rate = std::max(rate, s.real());
-            frequency = std::max(frequency, std::abs(s.imag()));
-        }
-}
-}  // namespace
-
 double FieldSize::size_of(const Spectra& spectra, const KeptGrid& on) const {
     double sum = 0.0;
     for (int c = first; c < first + count; ++c)
@@ -128,10 +125,6 @@ std::vector<FastWave> fast_waves(const System& system, double dt) {
             result.push_back({mode, std::min(1.0, std::exp(rate[n] * dt)), frequency[n] * dt > 2.0});
     }
     return result;
-}
-
-namespace {
-constexpr double min_sine = 0.2;  // of the angle between two motions that span a plane
 }
 
 double product_of(const Spectra& a, const Spectra& b, const std::vector<FieldSize>& fields, const KeptGrid& on) {

@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include "base/mapped.hpp"
+
 namespace drover::numerics {
 
 namespace {
@@ -18,9 +20,9 @@ Weights weights_of(const std::vector<PhiTerm>& terms, double sign, Weights sum =
 }
 
 std::vector<PhiTerm> terms_of(const Weights& weights) {
-    std::vector<PhiTerm> terms;
-    for (const auto& [phi, weight] : weights) terms.push_back({.weight = weight, .order = phi.first, .at = phi.second});
-    return terms;
+    return mapped(weights, [](const auto& one) {
+        return PhiTerm{.weight = one.second, .order = one.first.first, .at = one.first.second};
+    });
 }
 
 /// The number f with b = f a, if it exists.  Weights are small fractions: their ratios are equal to rounding or differ
@@ -55,9 +57,7 @@ std::vector<MatrixUse> shared(const std::vector<Weights>& of_rates) {
 }
 
 std::vector<Weights> all_weights(const std::vector<std::vector<PhiTerm>>& lists) {
-    std::vector<Weights> result;
-    for (const auto& terms : lists) result.push_back(weights_of(terms, 1.0));
-    return result;
+    return mapped(lists, [](const auto& terms) { return weights_of(terms, 1.0); });
 }
 }  // namespace
 

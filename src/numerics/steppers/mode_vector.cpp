@@ -1,5 +1,6 @@
 // numerics/steppers/mode_vector.cpp: kept modes to real numbers and back.
 #include "numerics/steppers/mode_vector.hpp"
+#include "base/mapped.hpp"
 
 namespace drover::numerics {
 
@@ -44,13 +45,11 @@ void ModeVector::unpack(std::span<const double> from, Spectra& state) const {
 }
 
 std::vector<double> ModeVector::mean_squares(std::span<const double> values) const {
-    std::vector<double> squares;
-    for (const Field& field : fields_) {
+    return mapped(fields_, [&](const Field& field) {
         double sum = 0.0;
         for (std::size_t i = field.begin; i < field.end; ++i) sum += weight(i) * values[i] * values[i];
-        squares.push_back(sum);
-    }
-    return squares;
+        return sum;
+    });
 }
 
 }  // namespace drover::numerics

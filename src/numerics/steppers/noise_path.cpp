@@ -38,9 +38,7 @@ int doublings_to_root(const System& system, const std::vector<double>& wavenumbe
 }
 
 std::size_t numbers_of(const Layout& layout) { return 2 * static_cast<std::size_t>(components(layout)); }
-}  // namespace
 
-namespace {
 /// The noises of products as fields.
 System noises_of_products(const System& system) {
     const ProductNoise& noise = *system.product_noise;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/text.hpp"
 #include "drover/numerics/block.hpp"
@@ -167,9 +168,7 @@ std::span<const StepperTable> stepper_tables() { return tables; }
 const StepperTable& stepper_table(const std::string& name) {
     const auto found = std::ranges::find(tables, name, &StepperTable::name);
     if (found != tables.end()) return *found;
-    std::vector<std::string> names;
-    for (const StepperTable& table : tables) names.push_back(table.name);
-    fail_input({}, "unknown stepper \"{}\"; expected one of {}", name, joined(names));
+    fail_input({}, "unknown stepper \"{}\"; expected one of {}", name, joined(mapped(tables, &StepperTable::name)));
 }
 
 }  // namespace drover::numerics

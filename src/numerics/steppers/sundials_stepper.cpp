@@ -26,6 +26,9 @@ struct CvodeDeleter {
 struct ArkodeDeleter {
     void operator()(void* memory) const { ARKStepFree(&memory); }
 };
+
+constexpr long max_steps = 100000;  // in one dt
+constexpr double min_step = 1e-12;  // relative to dt
 }  // namespace
 
 std::string sundials_library() {
@@ -112,11 +115,6 @@ SundialsStepper::Work::Work(const System& the_system, const TimeMethod& the_meth
     if (method.implicit_table.empty()) make_cvode();
     else make_arkode();
 }
-
-namespace {
-constexpr long max_steps = 100000;  // in one dt
-constexpr double min_step = 1e-12;  // relative to dt
-}  // namespace
 
 void SundialsStepper::Work::make_cvode() {
     cvode.reset(CVodeCreate(method.name == "cvode-bdf" ? CV_BDF : CV_ADAMS, context.get()));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "drover/numerics/stepper_table.hpp"
 
@@ -67,9 +68,7 @@ const TimeMethod& time_method(const std::string& name) {
     const std::vector<TimeMethod>& all = time_methods();
     const auto found = std::ranges::find(all, name, &TimeMethod::name);
     if (found != all.end()) return *found;
-    std::vector<std::string> names;
-    for (const TimeMethod& method : all) names.push_back(method.name);
-    fail_input({}, "unknown stepper \"{}\"; expected one of {}", name, joined(names));
+    fail_input({}, "unknown stepper \"{}\"; expected one of {}", name, joined(mapped(all, &TimeMethod::name)));
 }
 
 }  // namespace drover::numerics

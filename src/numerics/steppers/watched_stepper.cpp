@@ -29,9 +29,7 @@ namespace {
 std::int64_t steps_to_dear_check(std::int64_t step) { return std::clamp<std::int64_t>(2 * step / 3, 1, 500); }
 /// Where the error of a step costs no right-hand side.
 std::int64_t steps_to_cheap_check(std::int64_t step) { return std::clamp<std::int64_t>(step / 16, 1, 100); }
-}  // namespace
 
-namespace {
 /// Mean squares of each component: of all its modes, and without its mean.
 std::vector<double> mean_squares(const Spectra& state) {
     std::vector<double> squares;
