@@ -34,6 +34,25 @@ double log_bessel(double x) {
     return x - 0.5 * std::log(2.0 * std::numbers::pi * x) +
            std::log1p((0.125 + (9.0 / 128.0 + 75.0 / 1024.0 / x) / x) / x);
 }
+
+/// The density of |P| without alignment, as its logarithm without the part that is proportional to N.
+struct OrderNode {
+    double order, log_weight, entropy;  ///< entropy: per rod
+};
+const std::vector<OrderNode>& order_nodes() {
+    static const std::vector<OrderNode> nodes = [] {
+        constexpr int count = 400;
+        std::vector<OrderNode> made;
+        for (int i = 0; i < count; ++i) {
+            const double order = (i + 0.5) / count, x = concentration_of_order(order);
+            // The saddle point: det of the Hessian is (P/kappa) dP/dkappa; the plane has P dP.
+            const double determinant = order / x * bessel_ratio_slope(x, order);
+            made.push_back({order, std::log(order) - 0.5 * std::log(determinant), log_bessel(x) - x * order});
+        }
+        return made;
+    }();
+    return nodes;
+}
 }  // namespace
 
 double order_of_alignment(double alignment, double cubic) {
@@ -80,27 +99,6 @@ double concentration_of_order(double order) {
     }
     return std::copysign(x, order);
 }
-
-namespace {
-/// The density of |P| without alignment, as its logarithm without the part that is proportional to N.
-struct OrderNode {
-    double order, log_weight, entropy;  ///< entropy: per rod
-};
-const std::vector<OrderNode>& order_nodes() {
-    static const std::vector<OrderNode> nodes = [] {
-        constexpr int count = 400;
-        std::vector<OrderNode> made;
-        for (int i = 0; i < count; ++i) {
-            const double order = (i + 0.5) / count, x = concentration_of_order(order);
-            // The saddle point: det of the Hessian is (P/kappa) dP/dkappa; the plane has P dP.
-            const double determinant = order / x * bessel_ratio_slope(x, order);
-            made.push_back({order, std::log(order) - 0.5 * std::log(determinant), log_bessel(x) - x * order});
-        }
-        return made;
-    }();
-    return nodes;
-}
-}  // namespace
 
 RodsOrder order_of_rods(int rods, double alignment, double cubic) {
     require(rods >= 2, {}, "the order of {} rods; expected at least 2", rods);

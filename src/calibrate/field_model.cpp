@@ -119,6 +119,10 @@ std::vector<Input> inputs_of(const std::vector<Closure>& closures) {
 std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKind kind) {
     return mapped(keys, [&](const std::string& key) { return closure_for(key, kind); });
 }
+
+const std::vector<std::string> node_keys{"uniform.bead_density",  "uniform.rod_density",  "relaxation.rate",
+                                         "relaxation.contact",    "weathercock.strength", "driving.strength",
+                                         "relaxation.saturation", "drag.coefficient"};
 }  // namespace
 
 const std::vector<std::string>& calibrated_keys() {
@@ -151,12 +155,6 @@ std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std
                            .origin = origin_of(closure, table, measured, point)};
     });
 }
-
-namespace {
-const std::vector<std::string> node_keys{"uniform.bead_density",  "uniform.rod_density",  "relaxation.rate",
-                                         "relaxation.contact",    "weathercock.strength", "driving.strength",
-                                         "relaxation.saturation", "drag.coefficient"};
-}  // namespace
 
 void check_nodes(const Table& table, const StatePoint& point, OrderKind kind) {
     const std::vector<Closure> wanted = closures_for(node_keys, kind);

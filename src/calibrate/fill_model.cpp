@@ -31,19 +31,6 @@ void check_range(const Range& range, const std::string& key, const Uncertain& fo
             range.min_open ? ">" : ">=", range.min);
 }
 
-}  // namespace
-
-std::vector<std::string> missing_keys(const physics::ModelValues& model, bool local,
-                                      const std::function<bool(const std::string& key)>& is_given) {
-    std::vector<std::string> missing;
-    for (const std::string& key : calibrated_keys())
-        // With local coefficients c is in the table of the rate.
-        if (!is_given(key) && has_field(key, model) && !(local && key == "relaxation.contact")) missing.push_back(key);
-    if (local && !model.table.has_values()) missing.emplace_back(all_nodes);
-    return missing;
-}
-
-namespace {
 OrderKind order_kind(const physics::ModelValues& model) {
     return physics::order_is_density(model) ? OrderKind::density : OrderKind::orientation;
 }
@@ -86,6 +73,16 @@ void set_number(const std::string& key, const Uncertain& number, physics::ModelV
     place->set(model, number.value);
 }
 }  // namespace
+
+std::vector<std::string> missing_keys(const physics::ModelValues& model, bool local,
+                                      const std::function<bool(const std::string& key)>& is_given) {
+    std::vector<std::string> missing;
+    for (const std::string& key : calibrated_keys())
+        // With local coefficients c is in the table of the rate.
+        if (!is_given(key) && has_field(key, model) && !(local && key == "relaxation.contact")) missing.push_back(key);
+    if (local && !model.table.has_values()) missing.emplace_back(all_nodes);
+    return missing;
+}
 
 std::vector<FilledNumber> fill_model(const Table& table, const StatePoint& point, const std::vector<std::string>& keys,
                                      physics::ModelValues& model) {

@@ -40,31 +40,7 @@ void correlate(const Line& line, const Table& table, std::size_t entry, std::vec
     for (std::size_t k = 0; k < shared.size(); ++k)
         of_slope[k] = correlation * shared[k] + std::sqrt(1.0 - correlation * correlation) * of_slope[k];
 }
-}  // namespace
 
-bool is_input(const std::string& row) { return value_named<Input>(row) || std::ranges::count(contact_rows(), row) > 0; }
-
-Table slim(Table table, const std::vector<std::string>& rows) {
-    std::erase_if(table.rows, [&](const TableRow& row) { return std::ranges::count(rows, row.name) == 0; });
-    for (TableRow& row : table.rows)
-        for (TableEntry& entry : row.entries) {
-            if (entry.origin != Origin::missing) entry.remark.clear();
-            if (entry.origin == Origin::measured_short) entry.origin = Origin::measured;
-            entry.ranks.clear();
-        }
-    return table;
-}
-
-std::vector<double> deviations(const Table& table, const TableRow& row, std::size_t entry, std::size_t count) {
-    std::vector<double> found = scores(row, entry, count);
-    if (row.entries[entry].ranks.empty())
-        for (const Line& line : lines)
-            if (row.name == line.slope) correlate(line, table, entry, found);
-    for (double& one : found) one *= row.entries[entry].error;
-    return found;
-}
-
-namespace {
 /// A drawn number has no error; but between response times the interpolation may fall below zero.
 void clear_errors(Table& table) {
     constexpr double least = 0.05;  // of the error, the smallest that is drawn
@@ -93,6 +69,28 @@ void move(TableRow& row, std::size_t i, double by) {
     entry.value = row.name == name_of(response) ? time * std::exp(by / time) : entry.value + by;
 }
 }  // namespace
+
+bool is_input(const std::string& row) { return value_named<Input>(row) || std::ranges::count(contact_rows(), row) > 0; }
+
+Table slim(Table table, const std::vector<std::string>& rows) {
+    std::erase_if(table.rows, [&](const TableRow& row) { return std::ranges::count(rows, row.name) == 0; });
+    for (TableRow& row : table.rows)
+        for (TableEntry& entry : row.entries) {
+            if (entry.origin != Origin::missing) entry.remark.clear();
+            if (entry.origin == Origin::measured_short) entry.origin = Origin::measured;
+            entry.ranks.clear();
+        }
+    return table;
+}
+
+std::vector<double> deviations(const Table& table, const TableRow& row, std::size_t entry, std::size_t count) {
+    std::vector<double> found = scores(row, entry, count);
+    if (row.entries[entry].ranks.empty())
+        for (const Line& line : lines)
+            if (row.name == line.slope) correlate(line, table, entry, found);
+    for (double& one : found) one *= row.entries[entry].error;
+    return found;
+}
 
 void for_redrawn_tables(const Table& table, std::vector<std::string> rows, int count,
                         const std::function<void(Table&)>& visit) {

@@ -60,23 +60,7 @@ void check_entry(const Table& table, const TableRow& row, std::size_t index, con
             "{} at {} has the standard error {}; expected a number >= 0", row.name, at(), entry.error);
     require(entry.trials >= 0, where, "{} at {} has {} trials; expected 0 or more", row.name, at(), entry.trials);
 }
-}  // namespace
 
-void check(const Table& table, const SourceLocation& where) {
-    require(!table.bead_fractions.empty(), where, "bead_area_fraction is empty; expected at least one value");
-    check_fractions(table.bead_fractions, "bead_area_fraction", where);
-    check_fractions(table.rod_fractions, "rod_area_fraction", where);
-    require(!table.varied.empty(), where, "{} has no values; expected at least one", table.varied_key);
-    for (const double value : table.varied)
-        require(std::isfinite(value), where, "{} has the value {}; expected finite numbers", table.varied_key, value);
-    for (const TableRow& row : table.rows) {
-        require(row.entries.size() == count_of(table, row.by_rods) && !row.entries.empty(), where,
-                "{} has {} numbers; expected {}", row.name, row.entries.size(), count_of(table, row.by_rods));
-        for (std::size_t i = 0; i < row.entries.size(); ++i) check_entry(table, row, i, where);
-    }
-}
-
-namespace {
 const TableRow& complete_row(const Table& table, const std::string& name, std::size_t varied) {
     const std::vector<std::string> names = mapped(table.rows, &TableRow::name);
     const TableRow* row = find_row(table, name);
@@ -109,6 +93,20 @@ numerics::SplineTable smooth_table(const Table& table, const TableRow& row, std:
             errors};
 }
 }  // namespace
+
+void check(const Table& table, const SourceLocation& where) {
+    require(!table.bead_fractions.empty(), where, "bead_area_fraction is empty; expected at least one value");
+    check_fractions(table.bead_fractions, "bead_area_fraction", where);
+    check_fractions(table.rod_fractions, "rod_area_fraction", where);
+    require(!table.varied.empty(), where, "{} has no values; expected at least one", table.varied_key);
+    for (const double value : table.varied)
+        require(std::isfinite(value), where, "{} has the value {}; expected finite numbers", table.varied_key, value);
+    for (const TableRow& row : table.rows) {
+        require(row.entries.size() == count_of(table, row.by_rods) && !row.entries.empty(), where,
+                "{} has {} numbers; expected {}", row.name, row.entries.size(), count_of(table, row.by_rods));
+        for (std::size_t i = 0; i < row.entries.size(); ++i) check_entry(table, row, i, where);
+    }
+}
 
 SmoothCoefficient::SmoothCoefficient(const Table& table, const std::string& name, std::size_t varied,
                                      numerics::Outside outside)

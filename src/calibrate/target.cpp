@@ -15,7 +15,6 @@
 namespace drover::calibrate {
 
 namespace {
-
 constexpr int subdivisions = 5;  // enough to see a crossing and a fall back between two area fractions
 
 bool is_onset(const TableTarget& target) { return target.row.empty(); }
@@ -161,6 +160,29 @@ void set_error(const TableTarget& target, std::size_t k, const std::vector<std::
     if (slopes.empty()) return;
     result.slope_error = half_width(slopes) / quantile(slopes, 0.5);
 }
+
+/// The inputs of the row of a target.
+std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::string> names) {
+    if (is_onset(target)) return {drag, relaxation, weathercock, contact};
+    if (target.row == name_of(contact)) return {contact};
+    for (const Closure& closure : closures()) {
+        if (closure.row.empty()) continue;
+        if (closure.row == target.row)
+            return scaled(closure, {rod_area, speed}, [](const ClosureNumbers&) { return 1.0; }).of;
+        names.push_back(closure.row);
+    }
+    names.insert(names.end(), {"onset", name_of(contact)});
+    fail_input({}, "a calibration has no number {}; {}expected onset, alignment or another row of its table",
+               target.row, suggestion(target.row, names, "", "did you mean {}? "));
+}
+
+/// By how much the variances above 1 fall with one more trial, for a core second.
+double gain(const TrialCosts& source, const std::vector<double>& sums) {
+    double fall = 0.0;
+    for (std::size_t k = 0; k < sums.size(); ++k)
+        if (sums[k] > 1.0) fall += source.variances[k] * source.caution;
+    return fall / (static_cast<double>(source.trials + 1) * source.seconds);
+}
 }  // namespace
 
 std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, const Table& measured,
@@ -205,23 +227,6 @@ std::vector<TargetResult> evaluate(const std::vector<TableTarget>& targets, cons
     return results;
 }
 
-namespace {
-/// The inputs of the row of a target.
-std::vector<Input> closure_inputs(const TableTarget& target, std::vector<std::string> names) {
-    if (is_onset(target)) return {drag, relaxation, weathercock, contact};
-    if (target.row == name_of(contact)) return {contact};
-    for (const Closure& closure : closures()) {
-        if (closure.row.empty()) continue;
-        if (closure.row == target.row)
-            return scaled(closure, {rod_area, speed}, [](const ClosureNumbers&) { return 1.0; }).of;
-        names.push_back(closure.row);
-    }
-    names.insert(names.end(), {"onset", name_of(contact)});
-    fail_input({}, "a calibration has no number {}; {}expected onset, alignment or another row of its table",
-               target.row, suggestion(target.row, names, "", "did you mean {}? "));
-}
-}  // namespace
-
 std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<std::string>& measured_rows) {
     const auto is_measured = [&](const std::string& row) {
         return std::ranges::find(measured_rows, row) != measured_rows.end();
@@ -246,16 +251,6 @@ std::vector<std::string> inputs_of(const TableTarget& target, const std::vector<
                 is_onset(target) ? "the onset" : target.row, row);
     return rows;
 }
-
-namespace {
-/// By how much the variances above 1 fall with one more trial, for a core second.
-double gain(const TrialCosts& source, const std::vector<double>& sums) {
-    double fall = 0.0;
-    for (std::size_t k = 0; k < sums.size(); ++k)
-        if (sums[k] > 1.0) fall += source.variances[k] * source.caution;
-    return fall / (static_cast<double>(source.trials + 1) * source.seconds);
-}
-}  // namespace
 
 std::vector<std::size_t> allocate(std::vector<TrialCosts> sources, double seconds) {
     std::vector<std::size_t> added(sources.size(), 0);

@@ -162,29 +162,7 @@ MeanVector mean_over_bodies(const FieldMoment& moment, const BodyVector& vector)
     return {mean_product(moment.points(density), moment.points(x)),
             mean_product(moment.points(density), moment.points(y)), mean_of(moment, density)};
 }
-}  // namespace
 
-static MeanVector mean_direction(const FieldMoment& moment) { return mean_over_bodies(moment, *moment.setting.order); }
-
-static MeanVector mean_velocity(const FieldMoment& moment) { return mean_over_bodies(moment, *moment.setting.flow); }
-
-static double mean_square_velocity(const FieldMoment& moment) {
-    const numerics::Grid& grid = moment.setting.grid;
-    const auto [first, rho, is_sum] = *moment.setting.flow;
-    double sum = 0.0;
-    if (rho >= 0) {
-        const auto density = moment.points(rho), x = moment.points(first), y = moment.points(first + 1);
-        for (std::size_t i = 0; i < density.size(); ++i) sum += density[i] * (x[i] * x[i] + y[i] * y[i]);
-        return sum / static_cast<double>(density.size()) / mean_of(moment, rho);
-    }
-    for (int axis = 0; axis < 2; ++axis)
-        for_stored_modes(grid, [&](std::size_t mode, std::size_t column, std::size_t) {
-            sum += numerics::mode_weight(grid, column) * std::norm(moment.modes(first + axis)[mode]);
-        });
-    return sum;
-}
-
-namespace {
 /// The name of a field in words.
 std::string words_of(const MeasuredField& field) {
     std::string words = field.name;
@@ -332,6 +310,26 @@ void add_energies(const FieldSetting& setting, FieldRows& rows) {
     }
 }
 }  // namespace
+
+static MeanVector mean_direction(const FieldMoment& moment) { return mean_over_bodies(moment, *moment.setting.order); }
+
+static MeanVector mean_velocity(const FieldMoment& moment) { return mean_over_bodies(moment, *moment.setting.flow); }
+
+static double mean_square_velocity(const FieldMoment& moment) {
+    const numerics::Grid& grid = moment.setting.grid;
+    const auto [first, rho, is_sum] = *moment.setting.flow;
+    double sum = 0.0;
+    if (rho >= 0) {
+        const auto density = moment.points(rho), x = moment.points(first), y = moment.points(first + 1);
+        for (std::size_t i = 0; i < density.size(); ++i) sum += density[i] * (x[i] * x[i] + y[i] * y[i]);
+        return sum / static_cast<double>(density.size()) / mean_of(moment, rho);
+    }
+    for (int axis = 0; axis < 2; ++axis)
+        for_stored_modes(grid, [&](std::size_t mode, std::size_t column, std::size_t) {
+            sum += numerics::mode_weight(grid, column) * std::norm(moment.modes(first + axis)[mode]);
+        });
+    return sum;
+}
 
 std::string statistic_name(const MeasuredField& field, const std::string& statistic) {
     return field.name_first ? field.name + "_" + statistic : statistic + "_" + field.name;

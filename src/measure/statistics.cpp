@@ -15,7 +15,6 @@
 namespace drover::measure {
 
 namespace {
-
 using Series = std::vector<std::span<const double>>;
 using Function = std::function<double(std::span<const double> means)>;
 
@@ -223,48 +222,6 @@ Samples derived(const Samples& samples, std::size_t series,
     return result;
 }
 
-}  // namespace
-
-std::string time_text(double time, const std::string& unit, bool up) {
-    const std::string after = unit == "1" ? "" : " " + unit;
-    if (!(time > 0.0)) return text("{}{}", time, after);
-    const double step = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
-    const double steps = up ? std::ceil(time / step - 1e-6) : std::round(time / step);
-    return text("{:.6g}{}", step < 1.0 ? steps / std::round(1.0 / step) : steps * std::round(step), after);
-}
-
-CorrelationTimes correlation_times(std::span<const double> values) {
-    if (!all_finite(values)) return {nan, nan};
-    if (values.size() < 2 || is_constant(values)) return {};
-    std::vector<double> deviations(values.begin(), values.end()), products;
-    const double mean = mean_of(values);
-    for (double& value : deviations) value -= mean;
-    extend_lagged_products(deviations, products);
-    const auto n = static_cast<double>(values.size());
-    CorrelationTimes times;
-    double sum = 0.5;
-    std::size_t window = 0;
-    const auto reaches = [&](double time) {
-        return window >= values.size() / 2 || static_cast<double>(window) >= window_per_time * time;
-    };
-    bool summed = false;
-    while (!reaches(std::max(sum, times.coherence))) {
-        ++window;
-        if (window == products.size()) extend_lagged_products(deviations, products);
-        const double correlation = products[window] / products[0] * n / (n - static_cast<double>(window));
-        sum += correlation;
-        times.coherence += 2.0 * correlation * correlation;
-        // Of both sums the longer one: an oscillation may end the first window before a slow decay shows.
-        const bool ends = reaches(std::max(sum, times.coherence));
-        if (ends || (!summed && reaches(sum))) {
-            times.integrated = std::max(times.integrated, sum * (1.0 + (2.0 * static_cast<double>(window) + 1.0) / n));
-            summed = true;
-        }
-    }
-    return times;
-}
-
-namespace {
 std::vector<double> batch_means(std::span<const double> values) {
     std::vector<double> batches;
     for (std::size_t k = 0; k < values.size() / samples_per_batch; ++k)
@@ -308,6 +265,45 @@ std::vector<bool> agreeing(std::span<const double> values, std::size_t rest, dou
     return agrees;
 }
 }  // namespace
+
+std::string time_text(double time, const std::string& unit, bool up) {
+    const std::string after = unit == "1" ? "" : " " + unit;
+    if (!(time > 0.0)) return text("{}{}", time, after);
+    const double step = std::pow(10.0, std::floor(std::log10(time)) - 2.0);
+    const double steps = up ? std::ceil(time / step - 1e-6) : std::round(time / step);
+    return text("{:.6g}{}", step < 1.0 ? steps / std::round(1.0 / step) : steps * std::round(step), after);
+}
+
+CorrelationTimes correlation_times(std::span<const double> values) {
+    if (!all_finite(values)) return {nan, nan};
+    if (values.size() < 2 || is_constant(values)) return {};
+    std::vector<double> deviations(values.begin(), values.end()), products;
+    const double mean = mean_of(values);
+    for (double& value : deviations) value -= mean;
+    extend_lagged_products(deviations, products);
+    const auto n = static_cast<double>(values.size());
+    CorrelationTimes times;
+    double sum = 0.5;
+    std::size_t window = 0;
+    const auto reaches = [&](double time) {
+        return window >= values.size() / 2 || static_cast<double>(window) >= window_per_time * time;
+    };
+    bool summed = false;
+    while (!reaches(std::max(sum, times.coherence))) {
+        ++window;
+        if (window == products.size()) extend_lagged_products(deviations, products);
+        const double correlation = products[window] / products[0] * n / (n - static_cast<double>(window));
+        sum += correlation;
+        times.coherence += 2.0 * correlation * correlation;
+        // Of both sums the longer one: an oscillation may end the first window before a slow decay shows.
+        const bool ends = reaches(std::max(sum, times.coherence));
+        if (ends || (!summed && reaches(sum))) {
+            times.integrated = std::max(times.integrated, sum * (1.0 + (2.0 * static_cast<double>(window) + 1.0) / n));
+            summed = true;
+        }
+    }
+    return times;
+}
 
 std::size_t warm_up_length(std::span<const double> values) {
     if (values.size() / samples_per_batch < 4 || !all_finite(values) || is_constant(values)) return 0;

@@ -38,6 +38,27 @@ double scatter_of(const std::vector<Estimate>& means) {
         if (one.error && *one.error > 0.0) squares += std::pow((one.mean - sum / weights) / *one.error, 2);
     return count < min_count ? nan : std::sqrt(squares / (static_cast<double>(count) - 1.0));
 }
+
+constexpr double range_of_lags = 8.0;  // largest over smallest lag of a fit
+
+/// Lags to fit, first and one beyond the last.
+struct Lags {
+    std::size_t first = 1, end = 1;
+};
+Lags lags_to_fit(const RotationalCorrelation& correlation, const std::vector<double>& means, const RotationFit& fit) {
+    const std::vector<double>& times = correlation.times;
+    Lags lags;
+    if (times.size() < 2) return lags;
+    const double close = 1e-9 * times[1];
+    const auto is_fitted = [&](std::size_t lag) {
+        if (!(means[lag] > 0.0)) return false;
+        return fit.to > 0.0 ? times[lag] <= fit.to + close : -std::log(means[lag]) <= fit.drop;
+    };
+    while (lags.end < times.size() && is_fitted(lags.end)) ++lags.end;
+    const double from = fit.from > 0.0 ? fit.from : times[lags.end - 1] / range_of_lags;
+    while (lags.first < lags.end && times[lags.first] < from - close) ++lags.first;
+    return lags;
+}
 }  // namespace
 
 Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<double>> angles, double spacing) {
@@ -70,31 +91,6 @@ Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<doub
     if (!of_frames.empty()) result.mean = with_error_over_time(groups, {.series = {of_frames}, .spacing = spacing});
     return result;
 }
-
-namespace {
-
-constexpr double range_of_lags = 8.0;  // largest over smallest lag of a fit
-
-/// Lags to fit, first and one beyond the last.
-struct Lags {
-    std::size_t first = 1, end = 1;
-};
-Lags lags_to_fit(const RotationalCorrelation& correlation, const std::vector<double>& means, const RotationFit& fit) {
-    const std::vector<double>& times = correlation.times;
-    Lags lags;
-    if (times.size() < 2) return lags;
-    const double close = 1e-9 * times[1];
-    const auto is_fitted = [&](std::size_t lag) {
-        if (!(means[lag] > 0.0)) return false;
-        return fit.to > 0.0 ? times[lag] <= fit.to + close : -std::log(means[lag]) <= fit.drop;
-    };
-    while (lags.end < times.size() && is_fitted(lags.end)) ++lags.end;
-    const double from = fit.from > 0.0 ? fit.from : times[lags.end - 1] / range_of_lags;
-    while (lags.first < lags.end && times[lags.first] < from - close) ++lags.first;
-    return lags;
-}
-
-}  // namespace
 
 RotationalCorrelation rotational_correlation(std::span<const std::vector<double>> angles, double spacing,
                                              std::size_t max_lags) {
