@@ -157,12 +157,9 @@ void bind_theory(py::module_& module) {
         .def_property_readonly("attributes", [](const Computed& self) { return run::result_attributes(self.result); })
         .def("tables", &tables_of)
         .def("frames", &frames_of)
-        .def(
-            "write",
-            [](const Computed& self, const std::filesystem::path& file, bool overwrite) {
-                report::write_result(self.result, file, self.what, self.scene, self.threads, overwrite);
-            },
-            py::arg("file"), py::arg("overwrite") = false);
+        .def("write", [](const Computed& self, const std::filesystem::path& file, bool overwrite) {
+            report::write_result(self.result, file, self.what, self.scene, self.threads, overwrite);
+        });
     module.def(
         "stability",
         [](const io::Scene& scene, int threads) {
@@ -174,19 +171,16 @@ void bind_theory(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("threads") = 0);
-    module.def(
-        "lagged_waves",
-        [](const io::Scene& scene, const std::map<std::string, double>& means, const std::string& component,
-           const std::vector<std::pair<double, double>>& waves, double interval, std::size_t lags) {
-            const auto at = mapped(waves, [](const auto& q) { return numerics::Wavevector{q.first, q.second}; });
-            const analysis::LaggedWaves found =
-                interruptibly([&] { return analysis::lagged_waves(scene, means, component, at, interval, lags); });
-            const std::size_t rows = lags == 0 ? 0 : found.values.size() / lags;
-            return py::make_tuple(found.state, py::array_t<std::complex<double>>({rows, lags}, found.values.data()),
-                                  found.why_none.value_or(""));
-        },
-        py::arg("scene"), py::arg("means"), py::arg("component"), py::arg("waves"), py::arg("interval"),
-        py::arg("lags"));
+    module.def("lagged_waves", [](const io::Scene& scene, const std::map<std::string, double>& means,
+                                  const std::string& component, const std::vector<std::pair<double, double>>& waves,
+                                  double interval, std::size_t lags) {
+        const auto at = mapped(waves, [](const auto& q) { return numerics::Wavevector{q.first, q.second}; });
+        const analysis::LaggedWaves found =
+            interruptibly([&] { return analysis::lagged_waves(scene, means, component, at, interval, lags); });
+        const std::size_t rows = lags == 0 ? 0 : found.values.size() / lags;
+        return py::make_tuple(found.state, py::array_t<std::complex<double>>({rows, lags}, found.values.data()),
+                              found.why_none.value_or(""));
+    });
     module.def(
         "boundary",
         [](const io::Scene& scene, int threads, const std::string& collected) {
@@ -201,17 +195,14 @@ void bind_theory(py::module_& module) {
             });
         },
         py::arg("scene"), py::arg("threads") = 0, py::arg("collected") = "");
-    module.def("boundary_status", &jobs::boundary_status, py::arg("scene"), py::arg("folder"));
-    module.def(
-        "onset",
-        [](const std::filesystem::path& table, const std::optional<double>& varied, const std::optional<double>& cell,
-           const std::vector<analysis::AreaFractions>& points, int draws) {
-            analysis::TableOnset onset = analysis::make_onset(table, varied, draws);
-            if (cell) analysis::add_cells(onset, *cell, points);
-            return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
-        },
-        py::arg("table"), py::arg("varied") = py::none(), py::arg("cell") = py::none(),
-        py::arg("points") = std::vector<analysis::AreaFractions>{}, py::arg("draws") = calibrate::error_draws);
+    module.def("boundary_status", &jobs::boundary_status);
+    module.def("onset",
+               [](const std::filesystem::path& table, const std::optional<double>& varied,
+                  const std::optional<double>& cell, const std::vector<analysis::AreaFractions>& points, int draws) {
+                   analysis::TableOnset onset = analysis::make_onset(table, varied, draws);
+                   if (cell) analysis::add_cells(onset, *cell, points);
+                   return Computed{std::move(onset.result), std::move(onset.scene), "onset", 1};
+               });
     module.def(
         "states",
         [](const io::Scene& scene, std::optional<double> speed, std::optional<double> settle, const std::string& follow,
@@ -229,24 +220,18 @@ void bind_theory(py::module_& module) {
         },
         py::arg("scene"), py::arg("speed") = py::none(), py::arg("settle") = py::none(), py::arg("follow") = "",
         py::arg("points") = analysis::StatesOptions{}.max_points, py::arg("threads") = 0);
-}
-
-void bind_fit(py::module_& module) {
-    module.def(
-        "fit",
-        [](const std::string& archive, const std::vector<std::string>& keys, const std::optional<io::Scene>& scene,
-           std::optional<double> max_wavenumber, double begin, std::optional<double> end, int every) {
-            const analysis::WaveFitOptions options{
-                .archive = archive,
-                .keys = keys,
-                .choice = {.max_wavenumber = max_wavenumber, .begin = begin, .end = end, .every = every}};
-            return interruptibly([&] {
-                const io::Scene model = scene ? *scene : analysis::fitted_scene(archive, "", {});
-                return run::result_json(analysis::make_wave_fit(model, options)).dump();
-            });
-        },
-        py::arg("archive"), py::arg("keys"), py::arg("scene"), py::arg("max_wavenumber"), py::arg("begin"),
-        py::arg("end"), py::arg("every"));
+    module.def("fit", [](const std::string& archive, const std::vector<std::string>& keys,
+                         const std::optional<io::Scene>& scene, std::optional<double> max_wavenumber, double begin,
+                         std::optional<double> end, int every) {
+        const analysis::WaveFitOptions options{
+            .archive = archive,
+            .keys = keys,
+            .choice = {.max_wavenumber = max_wavenumber, .begin = begin, .end = end, .every = every}};
+        return interruptibly([&] {
+            const io::Scene model = scene ? *scene : analysis::fitted_scene(archive, "", {});
+            return run::result_json(analysis::make_wave_fit(model, options)).dump();
+        });
+    });
 }
 
 /// Of fields: shipped, or of the scene's own.
@@ -262,27 +247,20 @@ void bind_scene(py::module_& module) {
             [](const std::string& text, const std::string& name, const std::vector<std::string>& settings,
                const py::dict& functions) { return io::parse_scene(text, name, settings, term_functions(functions)); },
             py::arg("text"), py::arg("name"), py::arg("settings"), py::arg("functions") = py::dict())
-        .def_static(
-            "read",
-            [](const std::filesystem::path& file, const std::vector<std::string>& settings) {
-                return io::read_scene(file, settings);
-            },
-            py::arg("file"), py::arg("settings"))
+        .def_static("read", [](const std::filesystem::path& file,
+                               const std::vector<std::string>& settings) { return io::read_scene(file, settings); })
         .def_property_readonly("kind", [](const io::Scene& self) { return name_of(self.kind); })
         .def_property_readonly("text", &io::resolved_text)
         .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);
     module.def("model_file", &physics::model_file_text);
-    module.def("check", &jobs::check_scene, py::arg("scene"));
-    module.def(
-        "explain",
-        [](const io::Scene& scene) {
-            return interruptibly([&] {
-                const run::Result found = report::explain(run::with_chosen_step(scene, true));
-                return run::result_json(run::with_units(found, scene.units)).dump();
-            });
-        },
-        py::arg("scene"));
+    module.def("check", &jobs::check_scene);
+    module.def("explain", [](const io::Scene& scene) {
+        return interruptibly([&] {
+            const run::Result found = report::explain(run::with_chosen_step(scene, true));
+            return run::result_json(run::with_units(found, scene.units)).dump();
+        });
+    });
     module.def(
         "schema",
         [](const std::string& kind) {
@@ -395,62 +373,45 @@ void bind_runs(py::module_& module) {
     // These start processes: drover/worker.py calls them in a process without threads.
     module.def("tradeoff", &tradeoff, py::arg("scene"), py::arg("want"), py::arg("budget"), py::arg("folder"),
                py::arg("workers"), py::arg("collect"), py::arg("quiet"));
-    module.def("tradeoff_status", &jobs::tradeoff_status, py::arg("scene"), py::arg("folder"));
+    module.def("tradeoff_status", &jobs::tradeoff_status);
     module.def("with_accuracy", &with_accuracy, py::arg("scene"), py::arg("want"), py::arg("quiet"));
     module.def("sweep", &sweep, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("quiet"));
-    module.def("sweep_status", &jobs::sweep_status, py::arg("scene"), py::arg("folder"));
-    module.def("calibration_status", &calibration_status, py::arg("scene"), py::arg("folder"), py::arg("want"),
-               py::arg("budget"));
+    module.def("sweep_status", &jobs::sweep_status);
+    module.def("calibration_status", &calibration_status);
     module.def("calibrate", &calibrate, py::arg("scene"), py::arg("folder"), py::arg("share"), py::arg("shares"),
                py::arg("collect"), py::arg("want"), py::arg("budget"), py::arg("quiet"));
-    module.def("leave_signals_to_python", &run::leave_signals_to_host, py::arg("leave"));
+    module.def("leave_signals_to_python", &run::leave_signals_to_host);
     module.def("leave_hdf5_open", &files::leave_hdf5_open);
-    module.def(
-        "slurm_script",
-        [](const std::string& command, const std::filesystem::path& scene, const std::vector<std::string>& settings,
-           const std::filesystem::path& folder, int shares, const std::vector<std::string>& options) {
-            return jobs::slurm_script({.command = command,
-                                       .scene = scene,
-                                       .overrides = settings,
-                                       .folder = folder,
-                                       .shares = shares,
-                                       .options = options});
-        },
-        py::arg("command"), py::arg("scene"), py::arg("settings"), py::arg("folder"), py::arg("shares"),
-        py::arg("options"));
-    module.def(
-        "differences",
-        [](const std::filesystem::path& one, const std::filesystem::path& other) {
-            py::dict rows;
-            for (const files::TextDifference& row : run::scene_differences(one, other))
-                rows[py::str(row.key)] = py::make_tuple(row.one, row.other);
-            return rows;
-        },
-        py::arg("one"), py::arg("other"));
-    module.def(
-        "info",
-        [](const std::filesystem::path& file) {
-            return report::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-        },
-        py::arg("file"));
-    module.def(
-        "export_fields",
-        [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
-           std::int64_t every, bool overwrite) {
-            return io::write_fields(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
-                                    output, overwrite);
-        },
-        py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("overwrite"));
-    module.def(
-        "export_xyz",
-        [](const std::filesystem::path& archive, const std::filesystem::path& output, std::int64_t frame,
-           std::int64_t every, bool bodies, bool overwrite) {
-            return io::write_xyz(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
-                                 bodies, output, overwrite);
-        },
-        py::arg("archive"), py::arg("output"), py::arg("frame"), py::arg("every"), py::arg("bodies"),
-        py::arg("overwrite"));
+    module.def("slurm_script", [](const std::string& command, const std::filesystem::path& scene,
+                                  const std::vector<std::string>& settings, const std::filesystem::path& folder,
+                                  int shares, const std::vector<std::string>& options) {
+        return jobs::slurm_script({.command = command,
+                                   .scene = scene,
+                                   .overrides = settings,
+                                   .folder = folder,
+                                   .shares = shares,
+                                   .options = options});
+    });
+    module.def("differences", [](const std::filesystem::path& one, const std::filesystem::path& other) {
+        py::dict rows;
+        for (const files::TextDifference& row : run::scene_differences(one, other))
+            rows[py::str(row.key)] = py::make_tuple(row.one, row.other);
+        return rows;
+    });
+    module.def("info", [](const std::filesystem::path& file) {
+        return report::info_json(file).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    });
+    module.def("export_fields", [](const std::filesystem::path& archive, const std::filesystem::path& output,
+                                   std::int64_t frame, std::int64_t every, bool overwrite) {
+        return io::write_fields(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every},
+                                output, overwrite);
+    });
+    module.def("export_xyz", [](const std::filesystem::path& archive, const std::filesystem::path& output,
+                                std::int64_t frame, std::int64_t every, bool bodies, bool overwrite) {
+        return io::write_xyz(files::ArchiveReader(archive), archive.string(), {.frame = frame, .every = every}, bodies,
+                             output, overwrite);
+    });
 }
 }  // namespace
 
@@ -464,7 +425,6 @@ PYBIND11_MODULE(_drover, module) {
     bind_scene(module);
     bind_session(module);
     bind_theory(module);
-    bind_fit(module);
     bind_runs(module);
     module.def("version", [] {
         const Version built = version();
