@@ -5,18 +5,17 @@
 
 namespace drover::dem {
 
-inline ImpactBody impact_body_of_bead(const BeadArrays& beads, std::uint32_t s) {
-    return {.velocity = vector_of(beads.velocity[s]),
-            .spin = vector_of(beads.spin[s]),
-            .axis = {1.0, 0.0, 0.0},
-            .mass_inverse = beads.velocity[s][3],
-            .across_inverse = beads.spin[s][3],
-            .along_inverse = beads.spin[s][3]};
-}
-
 inline ImpactBody impact_body_of(const Spheres& spheres, std::uint32_t body) {
     const auto beads = static_cast<std::uint32_t>(spheres.beads.size());
-    if (body < beads) return impact_body_of_bead(spheres.beads, body);
+    if (body < beads) {
+        const Vec4d &velocity = spheres.beads.velocity[body], &spin = spheres.beads.spin[body];
+        return {.velocity = vector_of(velocity),
+                .spin = vector_of(spin),
+                .axis = {1.0, 0.0, 0.0},
+                .mass_inverse = velocity[3],
+                .across_inverse = spin[3],
+                .along_inverse = spin[3]};
+    }
     const std::uint32_t r = body - beads;
     return impact_body_of(spheres.rods.rod[r], spheres.shape_of_rod(r));
 }

@@ -5,7 +5,6 @@
 
 #include "dem/contact/contact_report.hpp"
 #include "dem/flight/step_rules.hpp"
-#include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {
 

@@ -8,7 +8,6 @@
 #include "dem/bodies/rotation.hpp"
 #include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
-#include "dem/impact/closing_time.hpp"
 #include "dem/impact/impact_increment.hpp"
 #include "drover/base/random.hpp"
 

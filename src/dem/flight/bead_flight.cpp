@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "dem/impact/closing_time.hpp"
-#include "dem/impact/sphere_impact.hpp"
-
 namespace drover::dem {
 
 void bounce_on_plate(Vec4d& velocity, Vec4d& spin, double radius, double side, double plate, double restitution,

@@ -5,7 +5,6 @@
 
 #include "base/constants.hpp"
 #include "dem/bodies/rotation.hpp"
-#include "dem/impact/closing_time.hpp"
 #include "drover/base/random.hpp"
 
 namespace drover::dem {
@@ -76,6 +75,35 @@ void remove_plate_overlaps(Rod& rod, const RodKind& kind, const Vector& accelera
         if (!any) return;
     }
 }
+
+/// The impact of all contacts that are closed now, and of those that overlapped: removing an overlap leaves a gap.
+void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind,
+                          const StepRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
+                          Counts& counts) {
+    space.contacts.clear();
+    space.approach.clear();
+    bool any = false;
+    for (std::size_t n = 0; n < space.gaps.size(); ++n) {
+        const PlateGap& gap = space.gaps[n];
+        if (gap.gap > rules.simultaneity_gap && space.overlapped[n] == 0) continue;
+        space.contacts.push_back(plate_contact(rod, kind, gap.sphere, gap.side, base));
+        space.approach.push_back(-gap.speed);
+        any = any || gap.speed < 0.0;
+    }
+    if (!any) return;
+    ImpactBody body = impact_body_of(rod, kind.shape);
+    const ImpactOutcome outcome = resolve({&body, 1}, space.contacts, rules.law);
+    balance.plates += outcome.walls;
+    balance.impact += outcome.normal;
+    balance.friction += outcome.friction;
+    for (const double approach : space.approach) {
+        if (approach <= 0.0) continue;
+        if (approach > rules.counted_plate_speed) ++counts.rod_plate;
+        if (rules.kick > 0.0) kick_spin(body, rules.kick * approach, memory, number, rules.seed, balance);
+    }
+    rod.velocity = body.velocity;
+    rod.angular_momentum = angular_momentum(body);
+}
 }  // namespace
 
 ImpactBody impact_body_of(const Rod& rod, const Shape& shape) {
@@ -106,37 +134,6 @@ void kick_spin(ImpactBody& rod, double size, PlateMemory& memory, std::uint64_t 
     rod.spin.z += size * sign_of_kick(memory, number, seed);
     balance.kicks += energy_kinetic(rod) - before;
 }
-
-namespace {
-/// The impact of all contacts that are closed now, and of those that overlapped: removing an overlap leaves a gap.
-void resolve_plate_impact(Rod& rod, PlateMemory& memory, std::uint64_t number, const RodKind& kind,
-                          const StepRules& rules, const PlateState& base, FlightSpace& space, EnergyBalance& balance,
-                          Counts& counts) {
-    space.contacts.clear();
-    space.approach.clear();
-    bool any = false;
-    for (std::size_t n = 0; n < space.gaps.size(); ++n) {
-        const PlateGap& gap = space.gaps[n];
-        if (gap.gap > rules.simultaneity_gap && space.overlapped[n] == 0) continue;
-        space.contacts.push_back(plate_contact(rod, kind, gap.sphere, gap.side, base));
-        space.approach.push_back(-gap.speed);
-        any = any || gap.speed < 0.0;
-    }
-    if (!any) return;
-    ImpactBody body = impact_body_of(rod, kind.shape);
-    const ImpactOutcome outcome = resolve({&body, 1}, space.contacts, rules.law);
-    balance.plates += outcome.walls;
-    balance.impact += outcome.normal;
-    balance.friction += outcome.friction;
-    for (const double approach : space.approach) {
-        if (approach <= 0.0) continue;
-        if (approach > rules.counted_plate_speed) ++counts.rod_plate;
-        if (rules.kick > 0.0) kick_spin(body, rules.kick * approach, memory, number, rules.seed, balance);
-    }
-    rod.velocity = body.velocity;
-    rod.angular_momentum = angular_momentum(body);
-}
-}  // namespace
 
 RodKind make_rod_kind(const Shape& shape, double restitution, double friction, bool all_bear) {
     RodKind kind{.shape = shape, .restitution = restitution, .friction = friction};

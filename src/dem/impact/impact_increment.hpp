@@ -11,12 +11,12 @@ struct Slip {
     double n = 0.0, x = 0.0, y = 0.0;
 };
 
-/// An increment of impulse and its effects.
+/// An increment of impulse and its effects, or the sum of many.
 struct Increment {
     double n = 0.0, x = 0.0, y = 0.0;
     Slip after;
     double normal_work = 0.0, friction_work = 0.0;
-    int evaluations = 1;  ///< of increment() that it took
+    int evaluations = 0;  ///< of increment() that it took
 };
 
 /// The tangential impulse of a sliding contact, of size max_impulse and opposite to the slip in the middle of the
@@ -78,7 +78,7 @@ inline double impulse_to_stop(double ax, double ay, double bx, double by, double
 /// One increment `dp` of the normal impulse with its friction.  Where the slip stops on the way, it sticks from there
 /// if friction can hold it, and slides on otherwise.
 inline Increment increment(const Response& w, double friction, const Slip& before, double dp) {
-    Increment result{.after = before};
+    Increment result{.after = before, .evaluations = 1};
     double left = dp;
     if (friction * dp > 0.0 && w.ixx > 0.0) {
         const double ax = w.ixx * before.x + w.ixy * before.y, ay = w.ixy * before.x + w.iyy * before.y;
@@ -156,20 +156,15 @@ inline Increment increment_to_work(const Response& w, double friction, const Sli
         [&](const Increment& i) { return impulse_of_work((i.after.n - before.n) / i.n, before.n, work); });
 }
 
-/// The total of one impact.
-struct Bounce {
-    double n = 0.0, x = 0.0, y = 0.0;
-    double normal_work = 0.0, friction_work = 0.0;
-    int evaluations = 0;
-};
-inline void add(const Increment& part, Bounce& bounce, Slip& slip) {
-    bounce.n += part.n;
-    bounce.x += part.x;
-    bounce.y += part.y;
-    bounce.normal_work += part.normal_work;
-    bounce.friction_work += part.friction_work;
-    bounce.evaluations += part.evaluations;
-    slip = part.after;
+/// Adds the increment that follows.
+inline void add(const Increment& part, Increment& total) {
+    total.n += part.n;
+    total.x += part.x;
+    total.y += part.y;
+    total.after = part.after;
+    total.normal_work += part.normal_work;
+    total.friction_work += part.friction_work;
+    total.evaluations += part.evaluations;
 }
 
 }  // namespace drover::dem

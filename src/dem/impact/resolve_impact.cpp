@@ -8,14 +8,13 @@
 
 #include "dem/impact/impact_group.hpp"
 #include "dem/impact/impact_increment.hpp"
-#include "dem/impact/sphere_impact.hpp"
 
 namespace drover::dem {
 
 namespace {
 /// Friction keeps the direction of the slip before the impact, and is at most what stops the slip without the normal
 /// impulse.
-Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
+Increment bounce_plain(const Response& w, const Contact& contact, const Slip& slip) {
     const double normal = -(1.0 + contact.restitution) * slip.n / w.nn,
                  size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
     Increment part{.n = normal};
@@ -31,17 +30,16 @@ Bounce bounce_plain(const Response& w, const Contact& contact, Slip slip) {
                   slip.y + w.ny * part.n + w.xy * part.x + w.yy * part.y};
     part.normal_work = 0.5 * part.n * (slip.n + part.after.n);
     part.friction_work = 0.5 * (part.x * (slip.x + part.after.x) + part.y * (slip.y + part.after.y));
-    Bounce bounce;
-    add(part, bounce, slip);
-    return bounce;
+    return part;
 }
 
 /// The impact of a contact for which is_sphere_like() holds.
-Bounce bounce_sphere(const Response& w, const Contact& contact, const Slip& slip) {
+Increment bounce_sphere(const Response& w, const Contact& contact, const Slip& slip) {
     const double size = std::sqrt(slip.x * slip.x + slip.y * slip.y);
     const SphereImpact impact =
         sphere_impact(slip.n, size, {.denominator = w.nn}, w.xx, contact.restitution, contact.friction);
-    Bounce bounce{.n = impact.normal, .normal_work = 0.5 * impact.normal * (slip.n + (slip.n + w.nn * impact.normal))};
+    Increment bounce{.n = impact.normal,
+                     .normal_work = 0.5 * impact.normal * (slip.n + (slip.n + w.nn * impact.normal))};
     if (size > 0.0) {
         bounce.x = -impact.tangential / size * slip.x;
         bounce.y = -impact.tangential / size * slip.y;
@@ -71,7 +69,7 @@ struct Phase {
 /// makes an increment of at most that size.  Each increment is compared with its two halves, which are taken where they
 /// differ by no more than allowed.
 template <class Advance>
-void follow_phase(const Phase& phase, const Advance& advance, Bounce& bounce, Slip& slip) {
+void follow_phase(const Phase& phase, const Advance& advance, Increment& bounce) {
     constexpr int max_rounds = 2000;
     constexpr double smallest = 0x1p-30;
     const double start = bounce.n;
@@ -80,12 +78,12 @@ void follow_phase(const Phase& phase, const Advance& advance, Bounce& bounce, Sl
     Increment whole;
     for (int round = 0; round < max_rounds && !ended; ++round) {
         if (!is_known) {
-            whole = advance(slip, work, bounce.n - start, size, whole_ends);
+            whole = advance(bounce.after, work, bounce.n - start, size, whole_ends);
             bounce.evaluations += whole.evaluations;
         }
         bool first_ends = false, second_ends = false;
         const double half = 0.5 * whole.n;
-        const Increment first = advance(slip, work, bounce.n - start, half, first_ends);
+        const Increment first = advance(bounce.after, work, bounce.n - start, half, first_ends);
         const Increment second = advance(first.after, work + first.normal_work, bounce.n - start + first.n,
                                          whole_ends ? whole.n : half, second_ends);
         const double error =
@@ -100,8 +98,8 @@ void follow_phase(const Phase& phase, const Advance& advance, Bounce& bounce, Sl
             continue;
         }
         work += first.normal_work + second.normal_work;
-        add(first, bounce, slip);
-        if (!first_ends) add(second, bounce, slip);
+        add(first, bounce);
+        if (!first_ends) add(second, bounce);
         ended = first_ends || second_ends;
         // The error of an increment is of third order in its size.
         if (error < 0.1 * phase.allowed) size = std::min(phase.largest, 2.0 * size);
@@ -109,10 +107,10 @@ void follow_phase(const Phase& phase, const Advance& advance, Bounce& bounce, Sl
 }
 
 /// The impact of one approaching contact.
-Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const ImpactLaw& law) {
+Increment bounce_of(const Response& w, const Contact& contact, const Slip& slip, const ImpactLaw& law) {
     if (!law.track_slip) return bounce_plain(w, contact, slip);
     if (is_sphere_like(w)) return bounce_sphere(w, contact, slip);
-    Bounce bounce;
+    Increment bounce{.after = slip};
     const double before = slip.n, e = contact.restitution, mu = contact.friction;
     const Phase phase{.w = w,
                       .largest = -before / w.nn / increments_needed(w, contact, slip),
@@ -122,7 +120,7 @@ Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const Imp
             return increment_to_speed(w, mu, from, size, target, ended);
         };
     };
-    follow_phase(phase, to_speed(0.0), bounce, slip);
+    follow_phase(phase, to_speed(0.0), bounce);
     if (e == 0.0) return bounce;
     const double energy = -e * e * bounce.normal_work, impulse = e * bounce.n;
     const auto to_work = [&](const Slip& from, double work, double, double size, bool& ended) {
@@ -132,9 +130,9 @@ Bounce bounce_of(const Response& w, const Contact& contact, Slip slip, const Imp
         ended = impulse - given <= size;
         return increment(w, mu, from, std::min(size, impulse - given));
     };
-    if (law.restitution == RestitutionKind::energetic) follow_phase(phase, to_work, bounce, slip);
-    else if (law.restitution == RestitutionKind::kinematic) follow_phase(phase, to_speed(-e * before), bounce, slip);
-    else follow_phase(phase, to_impulse, bounce, slip);
+    if (law.restitution == RestitutionKind::energetic) follow_phase(phase, to_work, bounce);
+    else if (law.restitution == RestitutionKind::kinematic) follow_phase(phase, to_speed(-e * before), bounce);
+    else follow_phase(phase, to_impulse, bounce);
     return bounce;
 }
 
@@ -149,7 +147,7 @@ struct Group {
         return {normal(c), velocity_along(contacts[c], frames[c], 1, bodies),
                 velocity_along(contacts[c], frames[c], 2, bodies)};
     }
-    void push(std::size_t c, const Bounce& bounce, ImpactOutcome& outcome) {
+    void push(std::size_t c, const Increment& bounce, ImpactOutcome& outcome) {
         const Vector impulse = apply(contacts[c], frames[c], bounce.n, bounce.x, bounce.y, bodies);
         contacts[c].impulse = contacts[c].impulse + impulse;
         outcome.normal += bounce.normal_work;
@@ -186,7 +184,7 @@ void resolve_in_turn(Group& group, const ImpactLaw& law, ImpactOutcome& outcome)
     const auto hit = [&](std::size_t c) {
         const Slip slip = group.slip(c);
         if (slip.n >= -enough) return false;
-        const Bounce b = bounce_of(group.frames[c].response, group.contacts[c], slip, law);
+        const Increment b = bounce_of(group.frames[c].response, group.contacts[c], slip, law);
         group.push(c, b, outcome);
         return true;
     };
@@ -224,6 +222,17 @@ void end_approach(Group& group, ImpactOutcome& outcome) {
     }
 }
 
+/// The impacts of the contacts that respond to impulses.
+ImpactOutcome resolve_responding(std::span<ImpactBody> bodies, std::span<Contact> contacts,
+                                 std::span<const Frame> frames, const ImpactLaw& law) {
+    std::vector<Contact> responding;
+    for (std::size_t c = 0; c < contacts.size(); ++c)
+        if (frames[c].response.nn > 0.0) responding.push_back(contacts[c]);
+    const ImpactOutcome outcome = resolve(bodies, responding, law);
+    for (std::size_t c = 0, r = 0; c < contacts.size(); ++c)
+        if (frames[c].response.nn > 0.0) contacts[c].impulse = responding[r++].impulse;
+    return outcome;
+}
 }  // namespace
 
 Vector relative_velocity(const Contact& contact, std::span<const ImpactBody> bodies) {
@@ -240,20 +249,6 @@ double energy_kinetic(const ImpactBody& impact_body) {
                   std::max(0.0, spin2 - along * along) / impact_body.across_inverse +
                   along * along / impact_body.along_inverse);
 }
-
-namespace {
-/// The impacts of the contacts that respond to impulses.
-ImpactOutcome resolve_responding(std::span<ImpactBody> bodies, std::span<Contact> contacts,
-                                 std::span<const Frame> frames, const ImpactLaw& law) {
-    std::vector<Contact> responding;
-    for (std::size_t c = 0; c < contacts.size(); ++c)
-        if (frames[c].response.nn > 0.0) responding.push_back(contacts[c]);
-    const ImpactOutcome outcome = resolve(bodies, responding, law);
-    for (std::size_t c = 0, r = 0; c < contacts.size(); ++c)
-        if (frames[c].response.nn > 0.0) contacts[c].impulse = responding[r++].impulse;
-    return outcome;
-}
-}  // namespace
 
 ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts, const ImpactLaw& law) {
     constexpr std::size_t few = 8;
@@ -272,7 +267,7 @@ ImpactOutcome resolve(std::span<ImpactBody> bodies, std::span<Contact> contacts,
     outcome.approach = group.approach();
     if (outcome.approach <= rounding_of(contacts, bodies)) return {};
     if (contacts.size() == 1) {
-        const Bounce b = bounce_of(frames[0].response, contacts[0], group.slip(0), law);
+        const Increment b = bounce_of(frames[0].response, contacts[0], group.slip(0), law);
         group.push(0, b, outcome);
         outcome.sweeps = 1;
         outcome.increments = b.evaluations;

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/impact/closing_time.hpp"
 #include "dem/world/world_state.hpp"
 
 namespace drover::dem {
@@ -83,6 +82,32 @@ double add_velocity(Vec4d& velocity, const Vec4d& change) {
         mass * (change[0] * (velocity[0] + 0.5 * change[0]) + change[1] * (velocity[1] + 0.5 * change[1]));
     velocity += change;
     return work;
+}
+
+struct DeepestOverlap {
+    double of_radius = 0.0, depth = 0.0;  // relative to the smaller radius; [mm]
+    std::string names;
+};
+
+/// Of bodies, side walls and the plates at a time.
+DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, const Spheres& spheres,
+                               const Neighbours& neighbours, Threads& threads) {
+    DeepestOverlap deepest;
+    const auto keep = [&](double of_radius, double radius, std::uint32_t first, std::uint32_t second) {
+        if (of_radius > deepest.of_radius)
+            deepest = {of_radius, of_radius * radius,
+                       text("{} and {}", name_text(name_of(spheres, first)), name_text(name_of(spheres, second)))};
+    };
+    OverlapSearch search;
+    for (const Overlap& overlap : search.find(walls, spheres, neighbours, threads))
+        keep(relative_depth(overlap, spheres), smaller_radius(overlap, spheres), overlap.first, overlap.second);
+    const double base = plates.base().height;
+    for (std::uint32_t i = 0; i < spheres.size(); ++i) {
+        const double height = spheres.position[i][2], radius = spheres.position[i][3];
+        keep((base + radius - height) / radius, radius, i, Overlap::base);
+        if (plates.lid()) keep((height + radius - base - plates.gap()) / radius, radius, i, Overlap::lid);
+    }
+    return deepest;
 }
 }  // namespace
 
@@ -393,34 +418,6 @@ EnergyBalance World::State::total_balance() const {
 
 EnergyBalance World::balance() const { return state_->total_balance(); }
 std::string World::non_finite() const { return state_->non_finite(); }
-
-namespace {
-struct DeepestOverlap {
-    double of_radius = 0.0, depth = 0.0;  // relative to the smaller radius; [mm]
-    std::string names;
-};
-
-/// Of bodies, side walls and the plates at a time.
-DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, const Spheres& spheres,
-                               const Neighbours& neighbours, Threads& threads) {
-    DeepestOverlap deepest;
-    const auto keep = [&](double of_radius, double radius, std::uint32_t first, std::uint32_t second) {
-        if (of_radius > deepest.of_radius)
-            deepest = {of_radius, of_radius * radius,
-                       text("{} and {}", name_text(name_of(spheres, first)), name_text(name_of(spheres, second)))};
-    };
-    OverlapSearch search;
-    for (const Overlap& overlap : search.find(walls, spheres, neighbours, threads))
-        keep(relative_depth(overlap, spheres), smaller_radius(overlap, spheres), overlap.first, overlap.second);
-    const double base = plates.base().height;
-    for (std::uint32_t i = 0; i < spheres.size(); ++i) {
-        const double height = spheres.position[i][2], radius = spheres.position[i][3];
-        keep((base + radius - height) / radius, radius, i, Overlap::base);
-        if (plates.lid()) keep((height + radius - base - plates.gap()) / radius, radius, i, Overlap::lid);
-    }
-    return deepest;
-}
-}  // namespace
 
 Neighbours World::State::checked_neighbours(Spheres& placed, std::int64_t at_step) const {
     const std::string wrong = first_non_finite(placed);
