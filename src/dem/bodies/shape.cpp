@@ -16,18 +16,15 @@ struct Stretch {
     const AxisSphere* sphere = nullptr;
 };
 
-/// Position at which two spheres are equally wide: the difference of r^2 is linear in z.
-double equal_place(const AxisSphere& a, const AxisSphere& b) {
-    return (a.radius * a.radius - b.radius * b.radius - a.at * a.at + b.at * b.at) / (2.0 * (b.at - a.at));
-}
-
 /// The stretches of a solid, from tail to head.
 std::vector<Stretch> stretches(const std::vector<AxisSphere>& spheres) {
     std::vector<double> places;
     for (const AxisSphere& a : spheres) {
         places.insert(places.end(), {a.at - a.radius, a.at + a.radius});
         for (const AxisSphere& b : spheres)
-            if (b.at > a.at) places.push_back(equal_place(a, b));
+            if (b.at > a.at)  // where they are equally wide: the difference of r^2 is linear in z
+                places.push_back((a.radius * a.radius - b.radius * b.radius - a.at * a.at + b.at * b.at) /
+                                 (2.0 * (b.at - a.at)));
     }
     std::ranges::sort(places);
     const auto square = [](const AxisSphere& s, double z) { return s.radius * s.radius - (z - s.at) * (z - s.at); };

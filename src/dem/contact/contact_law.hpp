@@ -40,8 +40,7 @@ struct SoftForce {
 
 /// What a soft law provides.
 template <class Law>
-concept SoftLaw = requires(const Law& law, const SoftContact& contact, const ContactControl& control) {
-    { Law::from(control) } -> std::same_as<Law>;
+concept SoftLaw = std::constructible_from<Law, ContactControl> && requires(const Law& law, const SoftContact& contact) {
     { law.contact_time(1.0) } -> std::same_as<double>;  // of an elastic collision of this reduced mass [mg], in s
     { law(contact) } -> std::same_as<SoftForce>;
 };
@@ -80,7 +79,7 @@ struct Springs {
 /// elastic part of the normal force, whose impulse over a collision equals that of the total: a collision that slides
 /// throughout has the tangential impulse mu (1 + e) m |u_n| of the impulse law.
 struct SpringDashpot : Springs {
-    static SpringDashpot from(const ContactControl& control) { return {Springs(control)}; }
+    using Springs::Springs;
 
     SoftForce operator()(const SoftContact& contact) const {
         const double ln_e = std::log(contact.restitution);
@@ -98,7 +97,7 @@ struct SpringDashpot : Springs {
 ///     ln e = -2 zeta arccos(zeta)/sqrt(1 - zeta^2)
 /// (beyond zeta = 1, where e = exp(-2), arcosh(zeta)/sqrt(zeta^2 - 1)).
 struct RepulsiveSpring : Springs {
-    static RepulsiveSpring from(const ContactControl& control) { return {Springs(control)}; }
+    using Springs::Springs;
 
     /// zeta of a restitution 0 < e <= 1.
     static double damping_ratio(double restitution) {

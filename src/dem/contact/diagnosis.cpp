@@ -11,8 +11,6 @@
 namespace drover::dem {
 
 namespace {
-bool is_finite(const Vector& v) { return std::isfinite(v.x + v.y + v.z); }
-
 std::string vector_text(const Vector& v) { return text("({:.3g}, {:.3g}, {:.3g})", v.x, v.y, v.z); }
 
 struct Quantity {
@@ -23,7 +21,8 @@ struct Quantity {
 /// The first of some quantities of a body that is not finite, in words.
 std::string non_finite_of(const std::string& body, std::initializer_list<Quantity> quantities) {
     for (const Quantity& q : quantities)
-        if (!is_finite(q.value)) return text("the {} of {} is {} {}", q.name, body, vector_text(q.value), q.unit);
+        if (!std::isfinite(q.value.x + q.value.y + q.value.z))
+            return text("the {} of {} is {} {}", q.name, body, vector_text(q.value), q.unit);
     return {};
 }
 

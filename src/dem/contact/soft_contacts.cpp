@@ -16,11 +16,6 @@ std::uint32_t lasting(const Spheres& spheres, std::uint32_t place) {
     return place < spheres.beads.size() ? spheres.beads.number[place] : place;
 }
 
-void apply_impulse(const Vector& impulse, const Vector& arm, ImpactBody& body) {
-    body.velocity = body.velocity + body.mass_inverse * impulse;
-    body.spin = body.spin + spin_change(body, cross(arm, impulse));
-}
-
 /// The spring of the last step turned into the tangent plane of a normal, with its length.
 Vector turned_into_plane(const Vector& stretch, const Vector& normal) {
     const Vector flat = stretch - dot(stretch, normal) * normal;
@@ -31,10 +26,6 @@ Vector turned_into_plane(const Vector& stretch, const Vector& normal) {
 /// Share of a step in which an overlap is covered at a speed > 0.
 double share_of_step(double overlap, double speed, double dt) {
     return overlap < speed * dt ? overlap / (speed * dt) : 1.0;
-}
-
-bool is_before(const SoftRecord& a, const SoftRecord& b) {
-    return std::tie(a.first, a.second) < std::tie(b.first, b.second);
 }
 }  // namespace
 
@@ -87,7 +78,8 @@ void SoftContacts::kick(Spheres& spheres, const StepRules& rules, bool at_start,
     const double half = 0.5 * rules.dt;
     const auto push = [&](int local, const Vector& impulse, const Vector& arm) {
         ImpactBody& body = bodies_[static_cast<std::size_t>(local)];
-        apply_impulse(impulse, arm, body);
+        body.velocity = body.velocity + body.mass_inverse * impulse;
+        body.spin = body.spin + spin_change(body, cross(arm, impulse));
         if (!at_start) return;
         const std::uint32_t number = lasting(spheres, indices_[static_cast<std::size_t>(local)]);
         velocity_change_[number] = velocity_change_[number] + body.mass_inverse * impulse;
@@ -149,9 +141,9 @@ void SoftContacts::sort_overlaps(const Spheres& spheres) {
 const SoftRecord* SoftContacts::previous_of(const SoftRecord& record) const {
     // A sphere may touch two side walls.
     constexpr double same_wall = 0.5;
-    const auto [begin, end] = std::equal_range(last_.begin(), last_.end(), record, is_before);
-    for (auto previous = begin; previous != end; ++previous)
-        if (dot(previous->normal, record.normal) > same_wall) return &*previous;
+    const auto pair = [](const SoftRecord& one) { return std::pair(one.first, one.second); };
+    for (const SoftRecord& previous : std::ranges::equal_range(last_, pair(record), {}, pair))
+        if (dot(previous.normal, record.normal) > same_wall) return &previous;
     return nullptr;
 }
 

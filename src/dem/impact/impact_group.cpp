@@ -212,10 +212,6 @@ void average(ImpactPath& one, const ImpactPath& other) {
     one.sweeps += other.sweeps;
 }
 
-bool is_elastic(std::span<const Contact> contacts) {
-    return std::ranges::all_of(contacts, [](const Contact& c) { return c.restitution == 1.0 && c.friction == 0.0; });
-}
-
 /// Scales the impulses of a lossless group so that it loses nothing: impulses p that change normal velocities from u to
 /// u + w do the work p.u + p.w/2, which is zero for s p with s = -p.u/(p.w/2).
 void restore_energy(const Springs& springs, ImpactPath& path) {
@@ -299,7 +295,8 @@ void resolve_simultaneously(std::span<ImpactBody> bodies, std::span<Contact> con
                           .inelastic_threshold = law.inelastic_threshold * outcome.approach};
     ImpactPath mean = follow_impact(springs, law, outcome.approach, true, &memory);
     average(mean, follow_impact(springs, law, outcome.approach, false, &memory));
-    if (is_elastic(contacts)) restore_energy(springs, mean);
+    if (std::ranges::all_of(contacts, [](const Contact& c) { return c.restitution == 1.0 && c.friction == 0.0; }))
+        restore_energy(springs, mean);
     outcome.normal = mean.normal_work;
     outcome.friction = mean.friction_work;
     outcome.sweeps = mean.sweeps;

@@ -16,6 +16,11 @@ Overlap overlap_between(const Spheres& spheres, std::uint32_t a, std::uint32_t b
             .reach = pa[3] + pb[3]};
 }
 
+void add_overlapping(const Spheres& spheres, const ImagePair& pair, std::vector<Overlap>& found) {
+    const Overlap overlap = overlap_between(spheres, pair.first, pair.second, pair.x, pair.y);
+    if (dot(overlap.apart, overlap.apart) < overlap.reach * overlap.reach) found.push_back(overlap);
+}
+
 /// Squared distances of four pairs minus the squares of their reaches: negative where they overlap.
 Vec4d beyond(const Vec4d* place, const SpherePair* pairs) {
     Vec4d d[4], s[4];
@@ -53,17 +58,7 @@ void find_pairs(const Spheres& spheres, const std::vector<SpherePair>& pairs, st
             for (std::size_t k = 0; k < 4; ++k)
                 if (value[k] < 0.0) take(p + k);
     }
-    for (; p < end; ++p) {
-        const Overlap overlap = overlap_between(spheres, pairs[p].first, pairs[p].second, 0.0, 0.0);
-        if (dot(overlap.apart, overlap.apart) < overlap.reach * overlap.reach) found.push_back(overlap);
-    }
-}
-
-void find_images(const Spheres& spheres, const std::vector<ImagePair>& pairs, std::vector<Overlap>& found) {
-    for (const ImagePair& pair : pairs) {
-        const Overlap overlap = overlap_between(spheres, pair.first, pair.second, pair.x, pair.y);
-        if (dot(overlap.apart, overlap.apart) < overlap.reach * overlap.reach) found.push_back(overlap);
-    }
+    for (; p < end; ++p) add_overlapping(spheres, {pairs[p].first, pairs[p].second}, found);
 }
 
 void find_walls(const Walls& side, const Spheres& spheres, const std::vector<std::uint32_t>& near,
@@ -105,7 +100,7 @@ std::vector<Overlap>& OverlapSearch::find(const Walls& walls, const Spheres& sph
     threads.for_chunks(chunks, 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) find_pairs(spheres, neighbours.near[c], found_[c]);
     });
-    find_images(spheres, neighbours.images, found_.back());
+    for (const ImagePair& pair : neighbours.images) add_overlapping(spheres, pair, found_.back());
     find_walls(walls, spheres, neighbours.near_wall, found_.back());
     overlaps_.clear();
     for (const auto& list : found_) overlaps_.insert(overlaps_.end(), list.begin(), list.end());

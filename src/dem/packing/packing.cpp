@@ -167,17 +167,13 @@ void place_beads(OverlapRelaxation& relaxation, const Placed& placed, Draws& dra
     }
 }
 
-double area_of_rods(const Bodies& bodies) {
-    double sum = 0.0;
-    for (const Rod& rod : bodies.rods) sum += bodies.shapes[rod.shape].projected_area;
-    return sum;
-}
-
 /// Places all bodies.  Rods too dense for random sequential placement start smaller.
 void place_all(const Setup& setup, const Bodies& bodies, std::uint64_t seed, OverlapRelaxation& relaxation,
                const Locate& locate) {
     constexpr double easy = 0.2, min_size = 0.05;  // area fraction of rods, and size
-    relaxation.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods(bodies), 1e-300)));
+    double area_of_rods = 0.0;
+    for (const Rod& rod : bodies.rods) area_of_rods += bodies.shapes[rod.shape].projected_area;
+    relaxation.size = std::min(1.0, std::sqrt(easy * area(setup.cell) / std::max(area_of_rods, 1e-300)));
     Draws draws(seed, draws_of_rods), draws_beads(seed, draws_of_beads);
     Placed placed = no_rods(relaxation);
     for (; !place_rods(relaxation, draws, placed); relaxation.size *= 0.9) {

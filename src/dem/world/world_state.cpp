@@ -84,19 +84,13 @@ double add_velocity(Vec4d& velocity, const Vec4d& change) {
     return work;
 }
 
-struct DeepestOverlap {
-    double of_radius = 0.0, depth = 0.0;  // relative to the smaller radius; [mm]
-    std::string names;
-};
-
-/// Of bodies, side walls and the plates at a time.
-DeepestOverlap deepest_overlap(const Walls& walls, const PlateMotion& plates, const Spheres& spheres,
-                               const Neighbours& neighbours, Threads& threads) {
-    DeepestOverlap deepest;
+/// The deepest overlap of bodies, side walls and the plates at a time.
+OverlapRecord deepest_overlap(const Walls& walls, const PlateMotion& plates, const Spheres& spheres,
+                              const Neighbours& neighbours, Threads& threads) {
+    OverlapRecord deepest;
     const auto keep = [&](double of_radius, double radius, std::uint32_t first, std::uint32_t second) {
         if (of_radius > deepest.of_radius)
-            deepest = {of_radius, of_radius * radius,
-                       text("{} and {}", name_text(name_of(spheres, first)), name_text(name_of(spheres, second)))};
+            deepest = {of_radius * radius, of_radius, name_of(spheres, first), name_of(spheres, second)};
     };
     OverlapSearch search;
     for (const Overlap& overlap : search.find(walls, spheres, neighbours, threads))
@@ -426,10 +420,11 @@ Neighbours World::State::checked_neighbours(Spheres& placed, std::int64_t at_ste
     make_neighbours(setup.cell, setup.contacts.skin, placed, made, threads);
     PlateMotion moved = plates;
     moved.set_time(static_cast<double>(at_step) * dt);
-    const DeepestOverlap deepest = deepest_overlap(walls, moved, placed, made, threads);
+    const OverlapRecord deepest = deepest_overlap(walls, moved, placed, made, threads);
     require(deepest.of_radius <= setup.contacts.max_overlap, {},
-            "{} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}", deepest.names,
-            deepest.depth, deepest.of_radius, setup.contacts.max_overlap);
+            "{} and {} overlap by {:.2g} mm, {:.2g} of a radius; expected at most contacts.max_overlap = {}",
+            name_text(deepest.first), name_text(deepest.second), deepest.depth, deepest.of_radius,
+            setup.contacts.max_overlap);
     return made;
 }
 
