@@ -13,13 +13,6 @@
 namespace drover::calibrate {
 
 namespace {
-const Closure& closure_of(const std::string& key) {
-    const auto found =
-        std::ranges::find_if(closures(), [&](const Closure& one) { return !key.empty() && one.key == key; });
-    require(found != closures().end(), {}, "{} is not a key that a table of coefficients provides", key);
-    return *found;
-}
-
 /// The rows of a table that closures need, interpolated.
 class Interpolated {
 public:
@@ -100,11 +93,15 @@ private:
     std::vector<ClosureNumbers> drawn_;
 };
 
-/// The closure of a key for p of this kind.
-Closure closure_for(const std::string& key, OrderKind kind) {
-    const Closure& closure = closure_of(key);
-    if (kind == OrderKind::orientation) return closure;
-    return scaled(closure, {rod_area}, [](const ClosureNumbers& at) { return at.rod_density(); });
+/// The closures of these keys for p of this kind.
+std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKind kind) {
+    return mapped(keys, [&](const std::string& key) {
+        const auto found = std::ranges::find(closures(), key, &Closure::key);
+        require(!key.empty() && found != closures().end(), {}, "{} is not a key that a table of coefficients provides",
+                key);
+        if (kind == OrderKind::orientation) return *found;
+        return scaled(*found, {rod_area}, [](const ClosureNumbers& at) { return at.rod_density(); });
+    });
 }
 
 /// The inputs of all these closures.
@@ -116,22 +113,15 @@ std::vector<Input> inputs_of(const std::vector<Closure>& closures) {
     return inputs;
 }
 
-std::vector<Closure> closures_for(const std::vector<std::string>& keys, OrderKind kind) {
-    return mapped(keys, [&](const std::string& key) { return closure_for(key, kind); });
-}
-
 const std::vector<std::string> node_keys{"uniform.bead_density",  "uniform.rod_density",  "relaxation.rate",
                                          "relaxation.contact",    "weathercock.strength", "driving.strength",
                                          "relaxation.saturation", "drag.coefficient"};
 }  // namespace
 
-const std::vector<std::string>& calibrated_keys() {
-    static const std::vector<std::string> keys = [] {
-        std::vector<std::string> names;
-        for (const Closure& one : closures())
-            if (!one.key.empty()) names.push_back(one.key);
-        return names;
-    }();
+std::vector<std::string> calibrated_keys() {
+    std::vector<std::string> keys;
+    for (const Closure& one : closures())
+        if (!one.key.empty()) keys.push_back(one.key);
     return keys;
 }
 

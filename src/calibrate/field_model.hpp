@@ -20,7 +20,7 @@ struct StatePoint {
 enum class OrderKind { orientation, density };
 
 /// Keys of a model that a table can fill in, in the order of a scene, such as "uniform.bead_density".
-const std::vector<std::string>& calibrated_keys();
+std::vector<std::string> calibrated_keys();
 
 /// A number of the model and its origin.
 struct FieldNumber {

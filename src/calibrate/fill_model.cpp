@@ -23,14 +23,6 @@ bool has_field(const std::string& key, const physics::ModelValues& model) {
     return row == rows.end() || physics::has_fields(model, row->needs);
 }
 
-/// A number of few trials may lie beyond zero, where the equations have no meaning.
-void check_range(const Range& range, const std::string& key, const Uncertain& found) {
-    const bool low = range.min_open ? found.value <= range.min : found.value < range.min;
-    require(!low && found.value <= range.max, {},
-            "{} = {} from the table; expected {} {}: measure more, or set it in the scene", key, number_text(found),
-            range.min_open ? ">" : ">=", range.min);
-}
-
 OrderKind order_kind(const physics::ModelValues& model) {
     return physics::order_is_density(model) ? OrderKind::density : OrderKind::orientation;
 }
@@ -69,7 +61,12 @@ bool has_nodes_of(const Table& table, const StatePoint& point, const physics::Mo
 void set_number(const std::string& key, const Uncertain& number, physics::ModelValues& model) {
     const physics::ModelKey* place = physics::find_key(key);
     require(place != nullptr, {}, "{} is not a number of the model", key);
-    check_range(place->description.range, key, number);
+    // A number of few trials may lie beyond zero, where the equations have no meaning.
+    const Range& range = place->description.range;
+    const bool low = range.min_open ? number.value <= range.min : number.value < range.min;
+    require(!low && number.value <= range.max, {},
+            "{} = {} from the table; expected {} {}: measure more, or set it in the scene", key, number_text(number),
+            range.min_open ? ">" : ">=", range.min);
     place->set(model, number.value);
 }
 }  // namespace

@@ -48,7 +48,7 @@ struct Coefficients {
         return contact->table().at(bead, rod).value * rod / area->table().at(bead, rod).value;
     }
     /// lambda alpha/Gamma + c sigma - a: positive where flocks are expected, and valid for lambda <= 0.
-    double excess(double bead, double rod, Convention convention) const {
+    double excess(double bead, double rod, Convention convention = Convention::mean) const {
         const double lambda =
             (convention == Convention::mean ? 1.0 : single_rod_factor) * weathercock.table().at(bead, rod).value;
         return lambda * drag.table().at(bead, rod).value + by_contacts(bead, rod) -
@@ -56,7 +56,7 @@ struct Coefficients {
     }
     double alignment(double bead, double rod) const {
         const double a = relaxation.table().at(bead, rod).value;
-        return 2.0 * (excess(bead, rod, Convention::mean) + a) / a;
+        return 2.0 * (excess(bead, rod) + a) / a;
     }
     double threshold(double bead, double rod) const {
         const double a = relaxation.table().at(bead, rod).value;
@@ -167,19 +167,17 @@ std::vector<OnsetPlace> find_crossings(const Table& table, std::size_t varied, c
         const std::vector<Crossing> all = crossings_of(measured, beads, rod, Convention::mean);
         const auto first = std::ranges::find_if(all, [](const Crossing& one) { return one.begins; });
         OnsetPlace place{.bead_fraction = first == all.end() ? nan : first->bead_fraction,
-                         .excess = measured.excess(beads.front(), rod, Convention::mean)};
+                         .excess = measured.excess(beads.front(), rod)};
         place.above_all = place.excess >= 0.0;
         constexpr double step = 1e-4;
         const double low = std::max(place.bead_fraction - step, beads.front()),
                      high = std::min(place.bead_fraction + step, beads.back());
-        place.slope =
-            std::isnan(place.bead_fraction)
-                ? nan
-                : (measured.excess(high, rod, Convention::mean) - measured.excess(low, rod, Convention::mean)) /
-                      (high - low);
+        place.slope = std::isnan(place.bead_fraction)
+                          ? nan
+                          : (measured.excess(high, rod) - measured.excess(low, rod)) / (high - low);
         if (!place.above_all)
             for (const double bead : table.bead_fractions)
-                place.excess = std::max(place.excess, measured.excess(bead, rod, Convention::mean));
+                place.excess = std::max(place.excess, measured.excess(bead, rod));
         places.push_back(place);
     }
     return places;

@@ -13,9 +13,6 @@ namespace drover::calibrate {
 namespace {
 constexpr const char* no_value = "the closure has no finite value with these numbers";
 
-/// p/P for p = sigma u P.
-double current_scale(const ClosureNumbers& at) { return at.rod_density() * at[speed]; }
-
 TableEntry entry_of(const Closure& closure, const std::vector<const TableEntry*>& inputs, ClosureNumbers at) {
     const std::vector<Input>&of = closure.of, &under = closure.under;
     TableEntry result{.origin = closure.origin};
@@ -76,7 +73,9 @@ void set_to_zero(Table& table, const char* name, const char* unit, const char* f
 }
 
 /// For p = sigma u P, as rows of tables are.
-Closure closure_of_row(const Closure& closure) { return scaled(closure, {rod_area, speed}, current_scale); }
+Closure closure_of_row(const Closure& closure) {
+    return scaled(closure, {rod_area, speed}, [](const ClosureNumbers& at) { return at.rod_density() * at[speed]; });
+}
 }  // namespace
 
 bool lacks_input(const Table& table, const TableRow& row, std::size_t entry) {

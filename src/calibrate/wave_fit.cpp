@@ -373,17 +373,13 @@ std::string described(const VectorXd& values, const Likelihood& likelihood) {
         words.push_back(text("{} = {:.4g}", likelihood.number(i).key, values(i)));
     return joined(words);
 }
-
-void check_record(const WaveRecord& record, const std::vector<FittedNumber>& numbers) {
-    require(!numbers.empty(), {}, "no number to fit; expected at least one, such as relaxation.rate");
-    require(!record.q.empty(), {}, "no wave; expected at least one");
-    require(record.frames > min_wave_pairs, {}, "{} frames; expected at least {}: record more frames", record.frames,
-            min_wave_pairs + 1);
-}
 }  // namespace
 
 WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise) {
-    check_record(record, model.numbers);
+    require(!model.numbers.empty(), {}, "no number to fit; expected at least one, such as relaxation.rate");
+    require(!record.q.empty(), {}, "no wave; expected at least one");
+    require(record.frames > min_wave_pairs, {}, "{} frames; expected at least {}: record more frames", record.frames,
+            min_wave_pairs + 1);
     const Likelihood likelihood(model, record, noise);
     VectorXd values = likelihood.start(), steps = first_steps(values, likelihood);
     double value = likelihood.value(values);

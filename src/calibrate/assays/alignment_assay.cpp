@@ -11,8 +11,6 @@ namespace {
 constexpr std::size_t numbers =
     4;  // per window: d_t P, <P>, <1 - C2>, <P (1 - C2) - P_y S2>, all of components along x
 
-std::size_t frames_of(const AlignmentPlan& plan) { return frames_in(plan.time / plan.windows, plan.frame); }
-
 /// Means over rods of cos and sin of the angle and of twice the angle.
 struct Moments {
     double cos = 0.0, sin = 0.0, cos_twice = 0.0, sin_twice = 0.0;
@@ -28,7 +26,7 @@ Moments moments_of(const std::vector<RodPose>& rods) {
 }
 
 void watch(ParticleSystem& system, double& time, const AlignmentPlan& plan, double* out) {
-    const std::size_t frames = frames_of(plan);
+    const std::size_t frames = frames_in(plan.time / plan.windows, plan.frame);
     const double fraction = 1.0 / static_cast<double>(frames);
     double first = 0.0, last = 0.0;
     for (std::size_t frame = 0; frame <= frames; ++frame) {

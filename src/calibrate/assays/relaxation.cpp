@@ -57,24 +57,20 @@ Regime regime_of(std::span<const Trial> trials, double frame) {
     return regime;
 }
 
-Trial correlation(const std::vector<std::vector<double>>& angles, std::size_t lags) {
-    Trial found(lags, 0.0);
-    for (const std::vector<double>& of_rod : angles)
-        for (std::size_t lag = 1; lag <= lags; ++lag) {
-            double sum = 0.0;
-            for (std::size_t i = 0; i + lag < of_rod.size(); ++i) sum += std::cos(of_rod[i + lag] - of_rod[i]);
-            found[lag - 1] += sum / static_cast<double>((of_rod.size() - lag) * angles.size());
-        }
-    return found;
-}
-
 Trial angle_correlation(const RelaxationPlan& plan, const SystemFactory& make, const dem::Setup& given,
                         std::uint64_t seed) {
     const std::vector<std::vector<RodPose>> frames = rod_frames(plan, make, with_rods(given, false), seed);
     std::vector<std::vector<double>> angles(frames.front().size());
     for (const std::vector<RodPose>& rods : frames)
         for (std::size_t r = 0; r < rods.size(); ++r) angles[r].push_back(rods[r].angle);
-    return correlation(angles, frames_in(plan.max_lag, plan.frame));
+    Trial correlation(frames_in(plan.max_lag, plan.frame), 0.0);
+    for (const std::vector<double>& of_rod : angles)
+        for (std::size_t lag = 1; lag <= correlation.size(); ++lag) {
+            double sum = 0.0;
+            for (std::size_t i = 0; i + lag < of_rod.size(); ++i) sum += std::cos(of_rod[i + lag] - of_rod[i]);
+            correlation[lag - 1] += sum / static_cast<double>((of_rod.size() - lag) * angles.size());
+        }
+    return correlation;
 }
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {

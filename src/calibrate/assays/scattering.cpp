@@ -53,12 +53,6 @@ struct Pair {
     double apart = 0.0;  ///< distance of the centres, of the nearest images
 };
 
-Pair pair_of(const std::vector<RodPose>& rods, double cell) {
-    return {.angles = {rods[0].angle, rods[1].angle},
-            .apart =
-                std::hypot(std::remainder(rods[1].x - rods[0].x, cell), std::remainder(rods[1].y - rods[0].y, cell))};
-}
-
 std::size_t duration_bin(const ScatteringPlan& plan, std::size_t frames) {
     const double part = (static_cast<double>(frames) - 0.5) * plan.frame / plan.max_duration;
     return std::min(duration_bins - 1, static_cast<std::size_t>(part * double(duration_bins)));
@@ -124,7 +118,11 @@ Trial follow(const ScatteringPlan& plan, const SystemFactory& make, const dem::S
         std::lround(setup.beads.count * plan.cell * plan.cell / (setup.cell.lx * setup.cell.ly)));  // 0: by the area
     setup.cell.lx = setup.cell.ly = plan.cell;
     setup.rods.count = 2;
-    const auto pair = [&](const std::vector<RodPose>& rods) { return pair_of(rods, plan.cell); };
+    const auto pair = [cell = plan.cell](const std::vector<RodPose>& rods) {
+        return Pair{.angles = {rods[0].angle, rods[1].angle},
+                    .apart = std::hypot(std::remainder(rods[1].x - rods[0].x, cell),
+                                        std::remainder(rods[1].y - rods[0].y, cell))};
+    };
     return evaluated(plan, mapped(rod_frames(plan, make, setup, seed), pair));
 }
 
