@@ -11,7 +11,7 @@
 #include "base/mapped.hpp"
 #include "drover/theory/theory.hpp"
 #include "io/scene_text.hpp"
-#include "measure/field_setting.hpp"
+#include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "physics/integrated.hpp"
 #include "run/fields/scene_equations.hpp"

@@ -26,16 +26,6 @@ Axis sector_axis(const FieldSetting& setting) {
     return axis;
 }
 
-Axis separation_axis(const FieldSetting& setting) {
-    return {"separation", "mm", "mean distance in the bin", setting.separations};
-}
-
-Axis term_axis(const FieldSetting& setting) {
-    Axis axis{"term", "1", "number of the term: 0, 1, ... for " + joined(*setting.terms), {}};
-    for (std::size_t i = 0; i < setting.terms->size(); ++i) axis.values.push_back(static_cast<double>(i));
-    return axis;
-}
-
 Axis family_axis(const BoxFamily& family, const FieldSetting& setting) {
     const double cell = cell_width(setting) * cell_height(setting);
     if (family.along_x == family.along_y && setting.grid.ny == 1) {
@@ -100,13 +90,6 @@ std::vector<double> by_shell(const FieldSetting& setting, const std::vector<doub
 }
 
 double mean_of(const FieldMoment& moment, int component) { return moment.modes(component)[0].real(); }
-
-double largest_size(const FieldMoment& moment, int first) {
-    const auto x = moment.points(first), y = moment.points(first + 1);
-    double square = 0.0;
-    for (std::size_t i = 0; i < x.size(); ++i) square = std::max(square, x[i] * x[i] + y[i] * y[i]);
-    return std::sqrt(square);
-}
 
 /// Sets what follows from the parts along and across q.
 void complete(const FieldSetting& setting, FieldPowers& powers) {
@@ -189,7 +172,12 @@ void add_means(const MeasuredField& field, FieldRows& rows) {
     add(rows, "size_mean_" + field.name, field.unit, "size of the mean of " + words + " over the cell",
         [first](const FieldMoment& moment) { return std::hypot(mean_of(moment, first), mean_of(moment, first + 1)); });
     add(rows, statistic_name(field, "largest"), field.unit, "largest size of " + words + " on the grid",
-        [first](const FieldMoment& moment) { return largest_size(moment, first); });
+        [first](const FieldMoment& moment) {
+            const auto x = moment.points(first), y = moment.points(first + 1);
+            double square = 0.0;
+            for (std::size_t i = 0; i < x.size(); ++i) square = std::max(square, x[i] * x[i] + y[i] * y[i]);
+            return std::sqrt(square);
+        });
 }
 
 void add_spectra(const FieldSetting& setting, std::size_t n,
@@ -233,7 +221,8 @@ void add_spectra(const FieldSetting& setting, std::size_t n,
             return means;
         })
         .nature = Nature::square_area;
-    add(rows, statistic_name(field, "correlation"), square, {separation_axis(setting)},
+    add(rows, statistic_name(field, "correlation"), square,
+        {{"separation", "mm", "mean distance in the bin", setting.separations}},
         "<" + symbol + "(r0) . " + symbol +
             "(r0 + r)>, averaged over r0 and over the directions of r; includes the square of the mean",
         [n, correlation](const FieldMoment& moment) { return (*correlation)(moment.setting, moment.powers[n].sum); });
@@ -297,13 +286,15 @@ void add_cross(const FieldSetting& setting, FieldRows& rows) {
 }
 
 void add_energies(const FieldSetting& setting, FieldRows& rows) {
+    Axis terms{"term", "1", "number of the term: 0, 1, ... for " + joined(*setting.terms), {}};
+    for (std::size_t i = 0; i < setting.terms->size(); ++i) terms.values.push_back(static_cast<double>(i));
     for (std::size_t n = 0; n < setting.energies.size(); ++n) {
         const MeasuredEnergy& energy = setting.energies[n];
         add(rows, "energy_" + energy.name, energy.unit,
             text("energy of the {}: integral of {}", energy.of, energy.formula),
             [n](const FieldMoment& moment) { return moment.energy->energies[n]; })
             .nature = Nature::energy;
-        add(rows, "power_" + energy.name, unit_product({energy.unit, "s-1"}), {term_axis(setting)},
+        add(rows, "power_" + energy.name, unit_product({energy.unit, "s-1"}), {terms},
             text("power of each term on the energy of the {}", energy.of),
             [n](const FieldMoment& moment) { return moment.energy->powers[n]; })
             .nature = Nature::energy;

@@ -6,10 +6,6 @@
 
 namespace drover::measure {
 
-std::size_t segments_per_body(std::size_t bodies) {
-    return bodies == 0 || bodies >= min_groups ? 1 : (min_groups + bodies - 1) / bodies;
-}
-
 Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::span<const double> means)>& function) {
     const auto& [sums, counts] = group_sums;
     const std::size_t quantities = sums.empty() ? 0 : sums[0].size();

@@ -8,12 +8,6 @@
 
 namespace drover::measure {
 
-/// Into how many segments of time the path of each body is cut: see min_groups.
-std::size_t segments_per_body(std::size_t bodies);
-
-/// The segment to which time i of `times` belongs.
-inline std::size_t segment_of(std::size_t i, std::size_t times, std::size_t segments) { return i * segments / times; }
-
 /// Sums of values and their numbers, [group][quantity].
 struct GroupSums {
     std::vector<std::vector<double>> sums, counts;

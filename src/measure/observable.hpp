@@ -1,7 +1,6 @@
 // measure/observable.hpp: an observable of fields or of particles as one row, and its axes.
 #pragma once
 #include <algorithm>
-#include <concepts>
 #include <functional>
 #include <string>
 #include <type_traits>
@@ -13,30 +12,20 @@
 
 namespace drover::measure {
 
-/// The function of an observable: made from a function of the moment that returns one number or a vector of them.
+/// Functions of a moment, of which one is that of an observable.
 template <class Moment>
-class MeasureFunction {
-public:
-    template <std::invocable<const Moment&> Function>
-    MeasureFunction(Function function) {  // implicit, so that a row can name a function
-        if constexpr (std::convertible_to<std::invoke_result_t<Function, const Moment&>, double>)
-            function_ = [function = std::move(function)](const Moment& m) { return std::vector<double>{function(m)}; };
-        else function_ = std::move(function);
-    }
-    std::vector<double> operator()(const Moment& moment) const { return function_(moment); }
-
-private:
-    std::function<std::vector<double>(const Moment&)> function_;
-};
+using NumberOf = std::type_identity_t<std::function<double(const Moment&)>>;
+template <class Moment>
+using ArrayOf = std::type_identity_t<std::function<std::vector<double>(const Moment&)>>;
 
 /// A quantity measured at one moment of a run.  Moment is FieldMoment or ParticleMoment.
 template <class Moment>
 struct Observable {
     std::string name;
-    std::string unit;        ///< UDUNITS text
-    std::vector<Axis> axes;  ///< slowest first; none: a single number
-    std::string formula;     ///< for people
-    MeasureFunction<Moment> measure;
+    std::string unit;         ///< UDUNITS text
+    std::vector<Axis> axes;   ///< slowest first; none: a single number
+    std::string formula;      ///< for people
+    ArrayOf<Moment> measure;  ///< size_of(axes) values
     Averaging averaging = Averaging::mean;
     Nature nature = Nature::number;
     bool is_of_grid = false;  ///< tells whether the grid resolves the fields: no mean of the model
@@ -48,15 +37,18 @@ using Observables = std::vector<Observable<Moment>>;
 /// Adds, and returns, the row of an observable that is one number.
 template <class Moment>
 Observable<Moment>& add(Observables<Moment>& rows, std::string name, std::string unit, std::string formula,
-                        std::type_identity_t<MeasureFunction<Moment>> function, Averaging averaging = Averaging::mean) {
-    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), std::move(function), averaging});
+                        NumberOf<Moment> function, Averaging averaging = Averaging::mean) {
+    const auto measure = [function = std::move(function)](const Moment& moment) {
+        return std::vector{function(moment)};
+    };
+    rows.push_back({std::move(name), std::move(unit), {}, std::move(formula), measure, averaging});
     return rows.back();
 }
 
 /// Adds, and returns, the row of an observable that is an array.
 template <class Moment>
 Observable<Moment>& add(Observables<Moment>& rows, std::string name, std::string unit, std::vector<Axis> axes,
-                        std::string formula, std::type_identity_t<MeasureFunction<Moment>> function) {
+                        std::string formula, ArrayOf<Moment> function) {
     rows.push_back({std::move(name), std::move(unit), std::move(axes), std::move(formula), std::move(function)});
     return rows.back();
 }

@@ -28,32 +28,6 @@ std::vector<double> bin_centres(const Bins& bins) {
     return values;
 }
 
-std::vector<double> mesh_centres(const ParticleSetting& setting) {
-    std::vector<double> values;
-    for (int i = 0; i < setting.mesh; ++i) values.push_back((i - 0.5 * (setting.mesh - 1)) * setting.mesh_width);
-    return values;
-}
-
-Axis bead_separation_axis(const ParticleSetting& setting) {
-    return {"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
-            bin_centres(setting.bead_separations)};
-}
-
-Axis rod_separation_axis(const ParticleSetting& setting) {
-    return {"rod_separation", "mm", "distance of the centres of mass of two rods in the plane, middle of the bin",
-            bin_centres(setting.rod_separations)};
-}
-
-Axis along_axis(const ParticleSetting& setting) {
-    return {"along_rod", "mm", "position relative to the centre of mass of a rod along its n, tail to head",
-            mesh_centres(setting)};
-}
-
-Axis across_axis(const ParticleSetting& setting) {
-    return {"across_rod", "mm", "position relative to the centre of mass of a rod along its n turned by +90 degrees",
-            mesh_centres(setting)};
-}
-
 auto beads(double BeadMeans::*mean) {
     return [mean](const ParticleMoment& moment) { return moment.beads.*mean; };
 }
@@ -165,7 +139,9 @@ void add_bead_state(const ParticleSetting& setting, ParticleRows& rows) {
     add(rows, "bead_neighbours", "1", "mean number of beads nearer than 1.4 mean diameters in the plane",
         pairs(&PairSums::neighbours));
     if (setting.periodic && setting.bead_separations.count > 0)
-        add(rows, "pair_correlation_beads", "1", {bead_separation_axis(setting)},
+        add(rows, "pair_correlation_beads", "1",
+            {{"bead_separation", "mm", "distance of two beads in the plane, middle of the bin",
+              bin_centres(setting.bead_separations)}},
             "pair correlation g(r) of the beads in the plane, relative to a uniform gas; around 8192 of them "
             "when there are more",
             pairs(&PairSums::bead_correlation));
@@ -174,7 +150,9 @@ void add_bead_state(const ParticleSetting& setting, ParticleRows& rows) {
 void add_rod_pairs(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.rod_separations.count == 0) return;
     const std::string n = setting.round ? "(n_radial, n_azimuthal)" : "n";
-    const Axis separations = rod_separation_axis(setting);
+    const Axis separations{"rod_separation", "mm",
+                           "distance of the centres of mass of two rods in the plane, middle of the bin",
+                           bin_centres(setting.rod_separations)};
     if (setting.periodic)
         add(rows, "pair_correlation_rods", "1", {separations},
             "pair correlation g(r) of the centres of mass of the rods in the plane, relative to a uniform gas",
@@ -191,7 +169,12 @@ void add_rod_pairs(const ParticleSetting& setting, ParticleRows& rows) {
 
 void add_rod_flow(const ParticleSetting& setting, ParticleRows& rows) {
     if (setting.mesh == 0) return;
-    const std::vector<Axis> axes{along_axis(setting), across_axis(setting)};
+    std::vector<double> centres;
+    for (int i = 0; i < setting.mesh; ++i) centres.push_back((i - 0.5 * (setting.mesh - 1)) * setting.mesh_width);
+    const std::vector<Axis> axes{
+        {"along_rod", "mm", "position relative to the centre of mass of a rod along its n, tail to head", centres},
+        {"across_rod", "mm", "position relative to the centre of mass of a rod along its n turned by +90 degrees",
+         centres}};
     const std::string frame = " in the frame of a rod, mean over the rods, 256 of them when there are more";
     add(rows, "flow_density", "mm-2", axes, "number density of beads" + frame, pairs(&PairSums::flow_density));
     add(rows, "flow_flux_along", "mm-1 s-1", axes,

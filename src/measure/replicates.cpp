@@ -15,12 +15,6 @@ namespace drover::measure {
 
 namespace {
 
-/// Half of the interval of Student's t that covers as much as one standard deviation of a normal distribution.
-double student(double freedom) {
-    constexpr double one_sigma = 0.841344746068542949;  // of a normal distribution, below mean + sigma
-    return gsl_cdf_tdist_Pinv(one_sigma, freedom);
-}
-
 /// Their ratio to the scatter is F where all runs have the same true error: means do not depend on errors.
 void add_own_errors(std::span<const Estimate> runs, Replicates& result) {
     const double count = static_cast<double>(runs.size());
@@ -76,7 +70,9 @@ Replicates combined(std::span<const Estimate> runs) {
     double squares = 0.0;
     for (const Estimate& run : runs) squares += (run.mean - mean.mean) * (run.mean - mean.mean);
     result.deviation = std::sqrt(squares / (count - 1.0));
-    mean.error = student(count - 1.0) * result.deviation / std::sqrt(count);
+    // Half of the interval of Student's t that covers as much as one standard deviation of a normal distribution.
+    constexpr double one_sigma = 0.841344746068542949;  // of a normal distribution, below mean + sigma
+    mean.error = gsl_cdf_tdist_Pinv(one_sigma, count - 1.0) * result.deviation / std::sqrt(count);
     add_own_errors(runs, result);
     // Of all pairs a tenth differ by less than an eighth of the error of their difference.
     constexpr std::size_t few = 8;

@@ -66,7 +66,7 @@ void add_shared(const SharedNames& names, Observables<Moment>& rows) {
 /// The variance of the number of bodies in boxes.
 template <class Moment>
 void add_number_variance(Observables<Moment>& rows, const std::string& what, const std::string& ending,
-                         const std::string& shape, Axis axis, std::type_identity_t<MeasureFunction<Moment>> function) {
+                         const std::string& shape, Axis axis, ArrayOf<Moment> function) {
     add(rows, what + "_number_variance" + ending, "1", {std::move(axis)},
         "variance of the number of " + what + "s in a " + shape +
             ", DN^2: over all positions of the box on a periodic mesh at one time; N (1 - f) for bodies at random, f "

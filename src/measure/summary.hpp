@@ -84,11 +84,6 @@ inline constexpr std::array result_endings{
 /// Throws an input Error when a series does not consist of complete samples, or not of as many as the others.
 Summary summarise(const Recorded& recorded);
 
-/// The row of that name; nullptr when there is none.
-inline const SummaryRow* find_row(const Summary& summary, const std::string& name) {
-    return find_row(summary.rows, name);
-}
-
 /// Of a count: (a[i + 1] - a[i])/spacing, one value fewer than samples.
 std::vector<double> rates(std::span<const double> accumulated, double spacing);
 

@@ -180,7 +180,7 @@ void add_boxes(const Report& report, const measure::MeasuredField& field, const 
                std::string& out) {
     const std::string& what = field.counted;
     const auto row = [&](const char* result) {
-        return measure::find_row(report.summary, what + result + family.ending);
+        return measure::find_row(report.summary.rows, what + result + family.ending);
     };
     const measure::SummaryRow *number = row("_number"), *deviation = row("_number_deviation"),
                               *exponent = row("_number_exponent");

@@ -1,5 +1,5 @@
 // tests/measure/path_summary.cpp: results from paths of rods and beads with known speeds and diffusion.
-#include "measure/path_summary.hpp"
+#include "measure/trajectories.hpp"
 
 #include <gtest/gtest.h>
 

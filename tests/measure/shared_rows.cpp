@@ -174,7 +174,7 @@ TEST(SharedRows, of_both_summaries_agree_on_the_same_snapshots) {
     const Summary of_fields = summarise(fields), of_particles = summarise(particles);
     std::set<std::string> shared;
     for (const SummaryRow& row : of_fields.rows) {
-        const SummaryRow* other = find_row(of_particles, row.name);
+        const SummaryRow* other = find_row(of_particles.rows, row.name);
         if (other == nullptr) continue;
         shared.insert(row.name);
         expect_one_definition(row, *other);
@@ -183,7 +183,7 @@ TEST(SharedRows, of_both_summaries_agree_on_the_same_snapshots) {
         for (const Estimate& estimate : other->estimates) b.push_back(estimate.mean);
         if (row.name.ends_with("_exponent")) {  // undefined where numbers do not fluctuate: boxes of whole periods
             const auto& deviation =
-                find_row(of_particles, row.name.substr(0, row.name.find('_')) + "_number_deviation")->estimates;
+                find_row(of_particles.rows, row.name.substr(0, row.name.find('_')) + "_number_deviation")->estimates;
             for (std::size_t k = 0; k + 1 < a.size(); ++k)
                 if (deviation[k].mean < 1e-6 || deviation[k + 1].mean < 1e-6) a[k] = b[k] = 0.0;
             EXPECT_NE(a[0], 0.0);

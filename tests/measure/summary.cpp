@@ -53,7 +53,7 @@ struct Recording {
 };
 
 const SummaryRow& row_of(const Summary& summary, const std::string& name) {
-    const SummaryRow* row = find_row(summary, name);
+    const SummaryRow* row = find_row(summary.rows, name);
     if (row == nullptr) throw std::out_of_range(name);
     return *row;
 }
@@ -291,7 +291,7 @@ TEST(ParticleSummary, a_series_has_its_mean_and_an_accumulating_one_its_rate) {
     EXPECT_EQ(rate.estimates.front().error, 0.0);
     // area (<P^2> - <P>^2) = 200 0.1^2/2
     EXPECT_NEAR(row_of(summary, "polar_order_susceptibility").estimates.front().mean, 1.0, 0.1);
-    EXPECT_NE(find_row(summary, "polar_order_binder"), nullptr);
+    EXPECT_NE(find_row(summary.rows, "polar_order_binder"), nullptr);
 }
 
 TEST(ParticleSummary, a_running_maximum_has_its_last_value_without_an_error) {
@@ -359,7 +359,7 @@ Estimate mean_of_product(std::size_t samples, std::uint64_t seed, bool with_squa
     }
     for (RecordedSeries& series : recorded.series) series.unit = "1";
     if (with_squares) recorded.products = {{.name = "ab", .squares = {"aa", "bb"}}};
-    return find_row(summarise(recorded), "ab")->estimates[0];
+    return find_row(summarise(recorded).rows, "ab")->estimates[0];
 }
 
 TEST(SummaryStatistics, of_a_product_has_the_error_of_the_slower_factor) {

@@ -106,7 +106,7 @@ void require_small_error(const AccuracyTarget& target, const std::string& unit, 
 }
 
 const measure::SummaryRow& row_of(const AccuracyTarget& target, const measure::Summary& summary) {
-    if (const measure::SummaryRow* row = measure::find_row(summary, target.observable)) return *row;
+    if (const measure::SummaryRow* row = measure::find_row(summary.rows, target.observable)) return *row;
     const std::vector<std::string> names = mapped(summary.rows, &measure::SummaryRow::name);
     fail_input({.file = "wanted number " + target.text}, "the run has no observable \"{}\"; {}expected one of {}",
                target.observable, suggestion(target.observable, names, "", "did you mean {}? "), joined(names));
@@ -167,7 +167,7 @@ void require_plausible(const AccuracyTarget& target, const std::string& unit, bo
 void require_plausible(const AccuracyTarget& target, const measure::Summary& summary) {
     const measure::SummaryRow& row = row_of(target, summary);
     selected(target, row);
-    const bool is_size_of_order = measure::find_row(summary, target.observable + "_binder") != nullptr;
+    const bool is_size_of_order = measure::find_row(summary.rows, target.observable + "_binder") != nullptr;
     require_plausible(target, row.unit, is_size_of_order);
 }
 

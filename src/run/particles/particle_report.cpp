@@ -5,7 +5,7 @@
 
 #include "io/trajectory.hpp"
 #include "measure/particles.hpp"
-#include "measure/path_summary.hpp"
+#include "measure/trajectories.hpp"
 #include "run/particles/particle_simulation.hpp"
 #include "run/warnings/warnings.hpp"
 

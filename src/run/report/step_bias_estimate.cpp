@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "drover/base/text.hpp"
-#include "measure/field_setting.hpp"
+#include "measure/fields.hpp"
 #include "run/report/report.hpp"
 
 namespace drover::run {
@@ -105,7 +105,7 @@ void add_boxes(const std::vector<std::string>& densities, const measure::Summary
             const std::string start = what + "_number";
             const auto variance = biases.of.find(start + "_variance" + family.ending);
             const auto row_of = [&](const char* result) {
-                return measure::find_row(summary, start + result + family.ending);
+                return measure::find_row(summary.rows, start + result + family.ending);
             };
             const measure::SummaryRow *number = row_of(""), *deviation = row_of("_deviation");
             if (variance == biases.of.end() || number == nullptr || deviation == nullptr) continue;
@@ -165,7 +165,7 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
     std::size_t first = 0;
     for (const auto& [name, values, is_of_model] : measured.rows) {
-        const measure::SummaryRow* summarised = measure::find_row(summary, name);
+        const measure::SummaryRow* summarised = measure::find_row(summary.rows, name);
         for (std::size_t k = 0; k < values && is_of_model; ++k) {
             const measure::Estimate* estimate =
                 summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/constants.hpp"
-#include "measure/field_setting.hpp"
+#include "measure/fields.hpp"
 #include "numerics/algebra/dense.hpp"
 #include "numerics/steppers/linear_operator.hpp"
 #include "run/fields/field_prediction.hpp"

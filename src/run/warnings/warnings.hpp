@@ -6,7 +6,8 @@
 #include "drover/dem/bodies.hpp"
 #include "files/archive_reader.hpp"
 #include "io/scene.hpp"
-#include "measure/path_summary.hpp"
+#include "measure/summary.hpp"
+#include "measure/trajectories.hpp"
 #include "model/field_evolution.hpp"
 
 namespace drover::run {
