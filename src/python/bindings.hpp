@@ -22,7 +22,6 @@ struct type_caster<drover::Variant<Types...>> : variant_caster<drover::Variant<T
 
 namespace drover::python {
 
-void bind_archive(pybind11::module_& module);
 void bind_model(pybind11::module_& module);
 void bind_session(pybind11::module_& module);
 void bind_term_function(pybind11::module_& module);

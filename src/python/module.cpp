@@ -18,6 +18,7 @@
 #include "base/mapped.hpp"
 #include "drover/base/version.hpp"
 #include "files/archive.hpp"
+#include "files/archive_reader.hpp"
 #include "io/export.hpp"
 #include "io/scene_text.hpp"
 #include "jobs/boundary_shares.hpp"
@@ -115,6 +116,47 @@ void translate(std::exception_ptr failure) {
     }
 }
 
+py::dict attributes_dict(const std::vector<files::Attribute>& attributes) {
+    py::dict found;
+    // Names of files may be no UTF-8.
+    const auto decoded = [](const std::string& words) {
+        return py::reinterpret_steal<py::str>(
+            PyUnicode_DecodeUTF8(words.data(), static_cast<Py_ssize_t>(words.size()), "replace"));
+    };
+    for (const auto& [name, value] : attributes) {
+        const auto* words = std::get_if<std::string>(&value);
+        found[decoded(name)] = words != nullptr ? py::object(decoded(*words)) : py::cast(value);
+    }
+    return found;
+}
+
+/// (attributes, groups, [(path, shape, is_integer, axes, attributes)]).
+py::tuple contents_of(const files::ArchiveReader& reader) {
+    const files::Contents all = reader.contents();
+    py::list arrays;
+    for (const files::StoredArray& one : all.arrays)
+        arrays.append(py::make_tuple(one.path, py::tuple(py::cast(one.shape)), one.is_integer,
+                                     py::tuple(py::cast(one.axes)), attributes_dict(one.attributes)));
+    return py::make_tuple(attributes_dict(all.attributes), all.groups, arrays);
+}
+
+py::object read(const files::ArchiveReader& reader, const std::string& path,
+                const std::optional<std::pair<std::size_t, std::size_t>>& rows) {
+    files::Array array;
+    {
+        const py::gil_scoped_release release;
+        array = rows ? reader.read(path, rows->first, rows->second) : reader.read(path);
+    }
+    return array_of(array.values, array.shape);
+}
+
+void bind_archive(py::module_& module) {
+    py::class_<files::ArchiveReader>(module, "Archive", "An archive open for reading; drover.open_run wraps it.")
+        .def(py::init([](const std::filesystem::path& file) { return files::ArchiveReader(file); }), py::arg("file"))
+        .def("contents", &contents_of)
+        .def("read", &read, py::arg("path"), py::arg("rows") = py::none(), "All, or (first, count) rows.");
+}
+
 /// The result of a theory with the scene that it is of.
 struct Computed {
     run::Result result;
@@ -142,10 +184,6 @@ py::object frames_of(const Computed& computed) {
         shape.insert(shape.begin(), rows.size());
         return array_of(values, shape);
     });
-}
-
-int theory_threads(int threads, const io::Scene& scene) {
-    return threads > 0 ? threads : scene.run.threads > 0 ? scene.run.threads : usable_cores();
 }
 
 void bind_theory(py::module_& module) {
@@ -186,7 +224,7 @@ void bind_theory(py::module_& module) {
         [](const io::Scene& scene, int threads, const std::string& collected) {
             io::require_grid(scene, "boundary");
             return interruptibly([&] {
-                Threads team(theory_threads(threads, scene));
+                Threads team(threads > 0 ? threads : scene.run.threads > 0 ? scene.run.threads : usable_cores());
                 run::Result result =
                     collected.empty()
                         ? analysis::make_boundary(scene, team)

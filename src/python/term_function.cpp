@@ -88,8 +88,6 @@ private:
     std::uint64_t forks_ = fork_count();
 };
 
-std::string shape_text(const py::array& array) { return py::str(array.attr("shape")); }
-
 /// One component of a result: a number for all points, or an array of them.
 void read_component(py::handle given, std::size_t size, double* out) {
     const py::array array = py::module_::import("numpy").attr("asarray")(given);
@@ -104,7 +102,7 @@ void read_component(py::handle given, std::size_t size, double* out) {
     require(numbers.ndim() == 1 && static_cast<std::size_t>(numbers.size()) == size, {},
             "it returns an array of shape {} for arguments of shape ({},); expected the x and y components, each an "
             "array of the shape of the arguments, or a number",
-            shape_text(array), size);
+            std::string(py::str(array.attr("shape"))), size);
     std::copy_n(numbers.data(), size, out);
 }
 
