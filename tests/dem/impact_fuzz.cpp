@@ -295,8 +295,8 @@ TEST(ImpactFuzz, pairwise_impulses_at_the_extremes_are_finite_without_gain_of_en
     const std::uint64_t seed = sample_seed();
     int impulses = 0;
     for (std::uint64_t number = 0; number < 3000; ++number) {
-        EXPECT_EQ(pairwise_fault(draw_group(seed, number), StopOrSlide{}, impulses), "") << seed << " " << number;
-        EXPECT_EQ(pairwise_fault(draw_group(seed, number), Decoupled{}, impulses), "") << seed << " " << number;
+        EXPECT_EQ(pairwise_fault(draw_group(seed, number), stop_or_slide, impulses), "") << seed << " " << number;
+        EXPECT_EQ(pairwise_fault(draw_group(seed, number), decoupled, impulses), "") << seed << " " << number;
     }
     EXPECT_GT(impulses, 10000);
 }

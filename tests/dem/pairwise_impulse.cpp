@@ -102,7 +102,7 @@ TEST(PairwiseImpulse, stop_or_slide_is_the_impulse_of_the_textbook_at_every_cont
         const double normal = dot(expected, n);
         const bool holds = normal > 0.0 && length(expected - normal * n) <= mu * normal;
         if (!holds) expected = -1.1 * dot(u, n) / dot(n, times(k, direction)) * direction;
-        const Resolved found = resolve_by(StopOrSlide{}, given);
+        const Resolved found = resolve_by(stop_or_slide, given);
         if (found.limited) continue;
         ++(holds ? stops : slides);
         EXPECT_LT(length(found.impulse - expected), 1e-12 * length(expected)) << trial;
@@ -122,7 +122,7 @@ TEST(PairwiseImpulse, decoupled_friction_is_the_impulse_of_the_textbook_at_every
         const Columns k = given.response();
         const double normal = -1.1 * dot(u, n) / dot(n, times(k, n));
         const Vector expected = normal * n - std::min(mu * normal, length(slip) / dot(t, times(k, t))) * t;
-        const Resolved found = resolve_by(Decoupled{}, given);
+        const Resolved found = resolve_by(decoupled, given);
         if (found.limited) continue;
         EXPECT_LT(length(found.impulse - expected), 1e-12 * length(expected)) << trial;
     }
@@ -153,8 +153,8 @@ int expect_no_gain(const Law& law, std::uint64_t seed) {
 }
 
 TEST(PairwiseImpulse, never_creates_energy_and_counts_where_friction_along_the_slip_before_would) {
-    EXPECT_GT(expect_no_gain(StopOrSlide{}, 43), 0);
-    EXPECT_GT(expect_no_gain(Decoupled{}, 44), 0);
+    EXPECT_GT(expect_no_gain(stop_or_slide, 43), 0);
+    EXPECT_GT(expect_no_gain(decoupled, 44), 0);
 }
 
 TEST(PairwiseImpulse, needs_no_limit_with_the_friction_and_restitution_of_the_paper) {
@@ -163,8 +163,8 @@ TEST(PairwiseImpulse, needs_no_limit_with_the_friction_and_restitution_of_the_pa
     for (int trial = 0; trial < 4000; ++trial) {
         const bool plate = trial % 2 == 0;
         Case given = random_case(plate, plate ? 0.1 : 0.3, plate ? 0.03 : 0.05, drawn), other = given;
-        EXPECT_FALSE(resolve_by(StopOrSlide{}, given).limited) << trial;
-        EXPECT_FALSE(resolve_by(Decoupled{}, other).limited) << trial;
+        EXPECT_FALSE(resolve_by(stop_or_slide, given).limited) << trial;
+        EXPECT_FALSE(resolve_by(decoupled, other).limited) << trial;
     }
 }
 
@@ -173,7 +173,7 @@ TEST(PairwiseImpulse, conserves_momentum_and_angular_momentum_of_a_pair) {
     for (int trial = 0; trial < 500; ++trial) {
         Case given = random_case(false, 0.3, 0.3, drawn);
         const Case before = given;
-        resolve_by(StopOrSlide{}, given);
+        resolve_by(stop_or_slide, given);
         Vector momentum, angular;
         for (std::size_t b = 0; b < 2; ++b) {
             const Vector change =

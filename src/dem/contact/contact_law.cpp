@@ -76,9 +76,9 @@ ImpactLaw ImpactLaw::from(const ContactControl& control) {
 }
 
 PairwiseLaw PairwiseLaw::from(const ContactControl& control) {
-    PairwiseLaw law{.friction = StopOrSlide{}, .order = control.order, .rod_step = control.rod_step};
-    if (control.friction == PairwiseFriction::decoupled) law.friction = Decoupled{};
-    return law;
+    return {.friction = control.friction == PairwiseFriction::decoupled ? decoupled : stop_or_slide,
+            .order = control.order,
+            .rod_step = control.rod_step};
 }
 
 ContactLaw contact_law(const ContactControl& control) {
@@ -124,8 +124,7 @@ void check_contact_law(const Setup& setup, const std::vector<Shape>& shapes, dou
             dt, steps, plates.frequency, min_steps_of_period);
 }
 
-PairwiseImpulse StopOrSlide::operator()(const Response& w, double restitution, double friction,
-                                        const Slip& slip) const {
+PairwiseImpulse stop_or_slide(const Response& w, double restitution, double friction, const Slip& slip) {
     const double change = -(1.0 + restitution) * slip.n;
     if (friction == 0.0 || w.ixx == 0.0) return {.n = change / w.nn};
     // J_t = -(a + b J_n): a stops the slip, b balances that of the normal impulse.
@@ -147,7 +146,7 @@ PairwiseImpulse StopOrSlide::operator()(const Response& w, double restitution, d
             .limited = gains || max_friction < friction};
 }
 
-PairwiseImpulse Decoupled::operator()(const Response& w, double restitution, double friction, const Slip& slip) const {
+PairwiseImpulse decoupled(const Response& w, double restitution, double friction, const Slip& slip) {
     const double n = -(1.0 + restitution) * slip.n / w.nn;
     const SlipLine line = w.ixx > 0.0 ? slip_line(w, slip) : SlipLine{};
     if (friction == 0.0 || line.speed == 0.0) return {.n = n};

@@ -140,15 +140,11 @@ struct Slip;
 ///
 /// J solves K J = (-e u_n - u_n, -u_t); if |J_t| > mu J_n or J_n <= 0: J = J_n (n - mu t) with t along the slip before
 /// and J_n = -(1 + e) u_n/(n.K(n - mu t)).
-struct StopOrSlide {
-    PairwiseImpulse operator()(const Response& response, double restitution, double friction, const Slip& slip) const;
-};
+PairwiseImpulse stop_or_slide(const Response& response, double restitution, double friction, const Slip& slip);
 
 /// The textbook's decoupled impulses: J_n = -(1 + e) u_n/K_nn as without friction, and J_t = min(mu J_n, |u_t|/K_tt)
 /// opposite to the slip before.
-struct Decoupled {
-    PairwiseImpulse operator()(const Response& response, double restitution, double friction, const Slip& slip) const;
-};
+PairwiseImpulse decoupled(const Response& response, double restitution, double friction, const Slip& slip);
 
 /// Time steps without groups: after each step, every contact that overlaps and approaches gets one impulse, on its own
 /// and with the velocities that those before it have left.  Positions are never corrected: an overlap lasts until the
@@ -162,7 +158,7 @@ struct Decoupled {
 /// in the order of the neighbour list, forwards and backwards in turn.  A sequence has a direction, so a rod whose ends
 /// are alike may drift with any order but random.
 ///
-/// Friction along the slip before the impulse can do positive work where the slip turns: for Decoupled, an impulse
+/// Friction along the slip before the impulse can do positive work where the slip turns: for decoupled(), an impulse
 /// changes the energy by its loss along the normal and by friction, less J_n J_t K_nt.  No impulse creates energy:
 /// where it would, friction is reduced to the largest value that does not (Counts::limited).
 struct PairwiseLaw {
@@ -171,7 +167,7 @@ struct PairwiseLaw {
         return control.model == ContactModel::impulse && control.law == GroupLaw::pairwise;
     }
 
-    std::variant<StopOrSlide, Decoupled> friction;
+    PairwiseImpulse (*friction)(const Response&, double, double, const Slip&) = stop_or_slide;
     ContactOrder order = ContactOrder::tail_first;
     double rod_step = 2e-6;  ///< [s]
 

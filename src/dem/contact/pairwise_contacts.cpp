@@ -15,15 +15,14 @@ namespace drover::dem {
 
 namespace {
 /// Resolves an approaching contact and adds its work to the balance.  Returns its approach, or 0 for none.
-template <class FrictionLaw>
-double resolve_contact(const FrictionLaw& law, Contact& contact, std::span<ImpactBody> bodies, ContactReport& report) {
+double resolve_contact(const PairwiseLaw& law, Contact& contact, std::span<ImpactBody> bodies, ContactReport& report) {
     // Not ">= 0": without a normal, at a distance of 0, nothing happens.
     if (!(dot(relative_velocity(contact, bodies), contact.normal) < 0.0)) return 0.0;
     const Frame frame = frame_of(contact, bodies);
     const Slip slip{velocity_along(contact, frame, 0, bodies), velocity_along(contact, frame, 1, bodies),
                     velocity_along(contact, frame, 2, bodies)};
     if (slip.n >= 0.0 || frame.response.nn == 0.0) return 0.0;
-    const PairwiseImpulse impulse = law(frame.response, contact.restitution, contact.friction, slip);
+    const PairwiseImpulse impulse = law.friction(frame.response, contact.restitution, contact.friction, slip);
     Increment part{.after = slip};
     add_impulse(frame.response, impulse.n, impulse.x, impulse.y, part);
     contact.impulse = apply(contact, frame, impulse.n, impulse.x, impulse.y, bodies);
@@ -114,19 +113,17 @@ void bring_fastest(std::vector<RodPlateOverlap>& overlaps, std::size_t i, const 
 }
 
 /// The contacts of a rod with the plates at one time.
-template <class FrictionLaw>
-void bounce_rod(const FrictionLaw& friction, Spheres& spheres, std::size_t number, const PlateState& base,
-                ContactOrder order, const StepRules& rules, std::vector<RodPlateOverlap>& overlaps,
-                ContactReport& report) {
+void bounce_rod(const PairwiseLaw& law, Spheres& spheres, std::size_t number, const PlateState& base,
+                const StepRules& rules, std::vector<RodPlateOverlap>& overlaps, ContactReport& report) {
     Rod& rod = spheres.rods.rod[number];
     const RodKind& kind = spheres.rods.kinds[spheres.rods.kind[number]];
     ImpactBody body = impact_body_of(rod, kind.shape);
     bool any = false;
     for (std::size_t i = 0; i < overlaps.size(); ++i) {
-        if (order == ContactOrder::fastest_first) bring_fastest(overlaps, i, body, kind.shape, base.velocity);
+        if (law.order == ContactOrder::fastest_first) bring_fastest(overlaps, i, body, kind.shape, base.velocity);
         const auto [k, side, depth] = overlaps[i];
         Contact contact = plate_contact(rod, kind, k, side, base);
-        const double approach = resolve_contact(friction, contact, {&body, 1}, report);
+        const double approach = resolve_contact(law, contact, {&body, 1}, report);
         record_plate(spheres, spheres.rods.first[number] + k, side, depth, approach, report);
         if (approach == 0.0) continue;
         any = true;
@@ -150,8 +147,7 @@ void resolve_beads(const Overlap& overlap, Spheres& spheres, const StepRules& ru
 }
 
 /// A contact with a rod or a side wall.
-template <class FrictionLaw>
-void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& spheres, const StepRules& rules,
+void resolve_any(const PairwiseLaw& law, const Overlap& overlap, Spheres& spheres, const StepRules& rules,
                  ContactReport& report) {
     const bool surface = overlap.is_with_surface(), image = !surface && overlap.second_body == overlap.first_body;
     const Coefficients c = coefficients_of(overlap, spheres, rules.restitution, rules.friction);
@@ -167,7 +163,7 @@ void resolve_any(const FrictionLaw& friction, const Overlap& overlap, Spheres& s
                     .friction = c.friction};
     if (!surface) contact.arm_second = arm_of(spheres, overlap.second, -1.0, normal, half);
     if (contact.second == 1) bodies[1] = impact_body_of(spheres, overlap.second_body);
-    const double approach = resolve_contact(friction, contact, bodies, report);
+    const double approach = resolve_contact(law, contact, bodies, report);
     if (approach == 0.0) return;
     if (approach > counted_speed) count_impact(overlap, spheres, report.counts);
     store(bodies[0], spheres, overlap.first_body);
@@ -205,38 +201,30 @@ void step_rod(Spheres& spheres, std::size_t number, const Vector& acceleration, 
     const RodKind& kind = spheres.rods.kinds[spheres.rods.kind[number]];
     const int steps = law.rod_steps(rules.dt);
     const double part = law.rod_step_within(rules.dt);
-    std::visit(
-        [&](const auto& friction) {
-            for (int k = 0; k < steps; ++k) {
-                move_freely(rod, kind.shape, acceleration, part, report.balance);
-                const PlateState base = plates.base((k + 1) * part);
-                find_plates(rod, kind, base, plates, scratch);
-                if (scratch.empty()) continue;
-                if (law.order == ContactOrder::random)
-                    shuffle({.seed = rules.seed,
-                             .stream = Stream::contact_order,
-                             .step = static_cast<std::uint64_t>(step),
-                             .substep = static_cast<std::uint64_t>(k)},
-                            number, scratch);
-                bounce_rod(friction, spheres, number, base, law.order, rules, scratch, report);
-            }
-        },
-        law.friction);
+    for (int k = 0; k < steps; ++k) {
+        move_freely(rod, kind.shape, acceleration, part, report.balance);
+        const PlateState base = plates.base((k + 1) * part);
+        find_plates(rod, kind, base, plates, scratch);
+        if (scratch.empty()) continue;
+        if (law.order == ContactOrder::random)
+            shuffle({.seed = rules.seed,
+                     .stream = Stream::contact_order,
+                     .step = static_cast<std::uint64_t>(step),
+                     .substep = static_cast<std::uint64_t>(k)},
+                    number, scratch);
+        bounce_rod(law, spheres, number, base, rules, scratch, report);
+    }
 }
 
 ContactReport resolve_pairs(const std::vector<Overlap>& overlaps, Spheres& spheres, const PairwiseLaw& law,
                             const StepRules& rules, bool backwards) {
     ContactReport report;
-    std::visit(
-        [&](const auto& friction) {
-            for (std::size_t i = 0; i < overlaps.size(); ++i) {
-                const Overlap& overlap = overlaps[backwards ? overlaps.size() - 1 - i : i];
-                record_depth(overlap, spheres, report);
-                if (is_pair_of_beads(overlap, spheres)) resolve_beads(overlap, spheres, rules, report);
-                else resolve_any(friction, overlap, spheres, rules, report);
-            }
-        },
-        law.friction);
+    for (std::size_t i = 0; i < overlaps.size(); ++i) {
+        const Overlap& overlap = overlaps[backwards ? overlaps.size() - 1 - i : i];
+        record_depth(overlap, spheres, report);
+        if (is_pair_of_beads(overlap, spheres)) resolve_beads(overlap, spheres, rules, report);
+        else resolve_any(law, overlap, spheres, rules, report);
+    }
     return report;
 }
 

@@ -117,18 +117,6 @@ double sum(const EnergyBalance& balance) {
     return total;
 }
 
-void add(const EnergyBalance& part, EnergyBalance& total) {
-    for (const auto entry : balance_parts) total.*entry += part.*entry;
-}
-
-void add(const Counts& part, Counts& total) {
-    const std::int64_t largest_group = std::max(total.largest_group, part.largest_group);
-    for (const auto entry : count_parts) total.*entry += part.*entry;
-    total.largest_group = largest_group;
-    total.residual = std::max(total.residual, part.residual);
-    total.overlap = std::max(total.overlap, part.overlap);
-}
-
 World::State::State(const Setup& the_setup, Bodies bodies, double the_dt, std::uint64_t seed, Threads& the_threads)
     : setup(the_setup),
       law(contact_law(the_setup.contacts)),

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "dem/contact/contact_law.hpp"
-#include "dem/contact/diagnosis.hpp"
+#include "dem/contact/contact_report.hpp"
 #include "dem/contact/pair_impacts.hpp"
 #include "dem/contact/pairwise_contacts.hpp"
 #include "dem/contact/soft_contacts.hpp"

@@ -1,5 +1,6 @@
-// dem/contact/diagnosis.cpp: what became non-finite or overlapped too far, and why, for the messages of a failed run.
-#include "dem/contact/diagnosis.hpp"
+// dem/contact/contact_report.cpp: sums of energies and counts; what became non-finite or overlapped too far, and why,
+// for the messages of a failed run.
+#include "dem/contact/contact_report.hpp"
 
 #include <cmath>
 #include <utility>
@@ -143,6 +144,18 @@ std::string cause_of_energy(const EnergyBalance& balance) {
         }
     }
     return text("the largest work is that of {}, {:.3g} mg mm^2/s^2", worst, largest);
+}
+
+void add(const EnergyBalance& part, EnergyBalance& total) {
+    for (const auto entry : balance_parts) total.*entry += part.*entry;
+}
+
+void add(const Counts& part, Counts& total) {
+    const std::int64_t largest_group = std::max(total.largest_group, part.largest_group);
+    for (const auto entry : count_parts) total.*entry += part.*entry;
+    total.largest_group = largest_group;
+    total.residual = std::max(total.residual, part.residual);
+    total.overlap = std::max(total.overlap, part.overlap);
 }
 
 }  // namespace drover::dem
