@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "calibrate/catalogue.hpp"
-#include "calibrate/fill_model.hpp"
+#include "calibrate/field_model.hpp"
 #include "drover/base/schema.hpp"
 #include "drover/dem/setup.hpp"
 #include "drover/numerics/grid.hpp"

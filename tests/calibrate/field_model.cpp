@@ -8,7 +8,6 @@
 #include "base/draws.hpp"
 #include "base/refusal.hpp"
 #include "calibrate/alignment.hpp"
-#include "calibrate/fill_model.hpp"
 #include "drover/base/random.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/structure.hpp"
