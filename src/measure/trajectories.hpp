@@ -1,14 +1,31 @@
 // measure/trajectories.hpp: observables of the paths of bodies: rotational correlation and diffusion, speeds of rods;
-// and the results of a run from them, with bead diffusion.
+// the results of a run from them, with bead diffusion; and errors by the jackknife over independent groups of values.
 #pragma once
+#include <functional>
 #include <span>
 #include <vector>
 
 #include "base/constants.hpp"
 #include "drover/measure/statistics.hpp"
-#include "measure/jackknife.hpp"
 
 namespace drover::measure {
+
+/// Sums of values and their numbers, [group][quantity].
+struct GroupSums {
+    std::vector<std::vector<double>> sums, counts;
+    GroupSums(std::size_t groups, std::size_t quantities)
+        : sums(groups, std::vector<double>(quantities)), counts(groups, std::vector<double>(quantities)) {}
+    void add(std::size_t group, std::size_t quantity, double value) {
+        sums[group][quantity] += value;
+        counts[group][quantity] += 1.0;
+    }
+};
+
+/// `function` of the means of the quantities over all groups.  Empty groups are left out.
+Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::span<const double> means)>& function);
+
+/// The mean of each quantity, sum over number whatever the sizes of the groups, with its error by the jackknife.
+std::vector<Estimate> jackknife_means(const GroupSums& group_sums);
 
 /// Positions of one body in the plane at equal times, not wrapped [mm].
 struct Path {
