@@ -13,7 +13,6 @@
 namespace drover::calibrate {
 
 namespace {
-constexpr std::size_t resamples = resample_count;
 constexpr double max_failing =
     0.02;  // fraction of resamples; they lie in the tails, so the error without them is too small
 
@@ -118,7 +117,7 @@ Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
     for (const double value : values_of(means_of(trials, chosen)))
         found.estimates.push_back({.mean = value, .samples = trials.size(), .blocks = trials.size()});
     std::vector<double> drawn(trials.size());
-    for (std::size_t r = 0; r < resamples; ++r) {
+    for (std::size_t r = 0; r < resample_count; ++r) {
         fill_uniform({.stream = Stream::bootstrap, .step = r}, 0, 1, drawn);
         for (std::size_t t = 0; t < chosen.size(); ++t)
             chosen[t] = static_cast<std::size_t>(drawn[t] * static_cast<double>(trials.size()));

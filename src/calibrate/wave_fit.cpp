@@ -366,13 +366,6 @@ WaveFit fit_at(const VectorXd& values, const Likelihood& likelihood, const Vecto
                                                                            std::sqrt(errors(i, i) * errors(j, j)));
     return fit;
 }
-
-std::string described(const VectorXd& values, const Likelihood& likelihood) {
-    std::vector<std::string> words;
-    for (Eigen::Index i = 0; i < values.size(); ++i)
-        words.push_back(text("{} = {:.4g}", likelihood.number(i).key, values(i)));
-    return joined(words);
-}
 }  // namespace
 
 WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf noise) {
@@ -416,8 +409,11 @@ WaveFit fit_waves(const WaveModel& model, const WaveRecord& record, NoiseOf nois
         if (is_better) values = next, value = found;
         if (!is_better || moved < 1e-4) return fit_at(values, likelihood, steps, iteration);
     }
+    std::vector<std::string> reached;
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+        reached.push_back(text("{} = {:.4g}", likelihood.number(i).key, values(i)));
     fail_run("no maximum of the likelihood in {} steps, at {}; expected one: start from values nearer to it",
-             max_iterations, described(values, likelihood));
+             max_iterations, joined(reached));
 }
 
 WaveRecord thinned(const WaveRecord& record, std::size_t every) {

@@ -33,13 +33,6 @@ void bin_separations(FieldSetting& setting) {
     for (std::size_t bin = 0; bin < bins; ++bin) setting.separations.push_back(sum[bin] / weight[bin]);
 }
 
-/// Shorter sides of long boxes; on the smallest grids the longer side is that of the cell.
-std::vector<int> long_ladder(int n) {
-    std::vector<int> sides = numerics::box_ladder(n / 4);
-    if (sides.empty()) sides.push_back(1);
-    return sides;
-}
-
 void add_fields(const model::Equations& equations, const std::vector<model::StateComponent>& components,
                 FieldSetting& setting) {
     int first = setting.of_state + setting.in_balance;
@@ -117,9 +110,10 @@ FieldSetting make_field_setting(const model::Equations& equations, const numeric
                          .shells = numerics::shells(grid, degree),
                          .sectors = numerics::sectors(grid, direction_sectors),
                          .boxes = numerics::box_ladder(shorter),
-                         .long_boxes = long_ladder(shorter),
+                         .long_boxes = numerics::box_ladder(shorter / 4),
                          .degree = degree,
                          .energies = measured_energies(equations)};
+    if (setting.long_boxes.empty()) setting.long_boxes.push_back(1);  // the longer side is that of the cell
     bin_separations(setting);
     const auto state = model::components_of_state(equations), balanced = model::components_in_balance(equations);
     add_fields(equations, state, setting);

@@ -41,18 +41,14 @@ Samples split(const RecordedSeries& recorded, const Samples& timing) {
     return result;
 }
 
-/// Each angle by the shortest turn from the one before.
-void unwrap(std::vector<double>& angles) {
-    for (std::size_t i = 1; i < angles.size(); ++i)
-        angles[i] = angles[i - 1] + std::remainder(angles[i] - angles[i - 1], 2.0 * std::numbers::pi);
-}
-
 SummaryRow mean_row(const RecordedSeries& recorded, const Samples& timing) {
     SummaryRow row{recorded.name, recorded.unit, "time mean: " + recorded.formula, recorded.axes, {}, recorded.nature};
     Samples samples = split(recorded, timing);
     for (std::size_t k = 0; k < samples.series.size(); ++k) {
         const bool is_direction = recorded.averaging == Averaging::direction;
-        if (is_direction) unwrap(samples.series[k]);
+        std::vector<double>& values = samples.series[k];
+        for (std::size_t i = 1; is_direction && i < values.size(); ++i)  // by the shortest turn from the one before
+            values[i] = values[i - 1] + std::remainder(values[i] - values[i - 1], 2.0 * std::numbers::pi);
         Estimate& estimate = row.estimates.emplace_back(estimate_mean(samples, k));
         if (is_direction) estimate.mean = std::remainder(estimate.mean, 2.0 * std::numbers::pi);
         estimate.averaging = recorded.averaging;
