@@ -88,6 +88,18 @@ void add_draws(const PlannedBoundary& plane, const theory::Boundary& boundary, r
     record.footer.push_back(words);
 }
 
+/// Of a plane without lines: on which side of them it lies.
+std::string whole_plane(const theory::Boundary& boundary) {
+    const double exists = boundary.stable + boundary.unstable;
+    if (exists == 0.0) return "the state does not exist in this plane";
+    if (boundary.stable > 0.0 && boundary.unstable > 0.0)
+        return text("the state is stable in {:.3g} % and unstable in {:.3g} % of this plane, with no line between them",
+                    100.0 * boundary.stable, 100.0 * boundary.unstable);
+    const std::string where =
+        exists == 1.0 ? "everywhere in this plane" : text("where it exists, in {:.3g} % of this plane", 100.0 * exists);
+    return text("the state is {} {}", boundary.stable > 0.0 ? "stable" : "unstable", where);
+}
+
 run::Record axis_record(const PlaneAxis& axis) {
     return {.entries = {run::words("name", "", axis.name), run::words("unit", "", axis.unit),
                         run::number("from", axis.udunits, "smallest " + axis.name, axis.from),
@@ -108,8 +120,13 @@ run::Record traced_record(const PlannedBoundary& plane, const DescribedLines& de
     record.entries.push_back(
         run::json_only(run::count("poles", "vertices that are left out: the margin changes its sign there by diverging",
                                   boundary.poles)));
+    record.entries.push_back(run::json_only(
+        run::number("share_stable", "1", "fraction of the plane in which the state is stable", boundary.stable)));
+    record.entries.push_back(run::json_only(
+        run::number("share_unstable", "1", "fraction of the plane in which the state is unstable", boundary.unstable)));
     record.lists = {line_list(plane, described, boundary), singular_point_list(plane, boundary)};
     add_draws(plane, boundary, record);
+    if (boundary.lines.empty()) record.footer.push_back(whole_plane(boundary));
     if (!boundary.complete)
         record.footer.push_back(
             "incomplete: the limit of evaluations was reached; the lines may be coarser than boundary.chord");

@@ -110,6 +110,8 @@ Boundary trace_boundary(const numerics::Rectangle& plane, const MarginOf& margin
                              compute);
     Boundary result{.lines = {},
                     .singular_points = contour.singular_points,
+                    .stable = contour.positive,
+                    .unstable = contour.negative,
                     .evaluations = contour.evaluations,
                     .complete = contour.complete};
     if (!draws.empty()) result.field = draw_field(plane, margin, draws, options.cells, compute);

@@ -65,6 +65,7 @@ struct BoundaryLine {
 struct Boundary {
     std::vector<BoundaryLine> lines;
     std::vector<numerics::PlanePoint> singular_points;  ///< unresolved cusps and double points
+    double stable = nan, unstable = nan;                ///< fractions of the plane; elsewhere the state does not exist
     std::size_t evaluations = 0;                        ///< of the margin without errors
     bool complete = true;
     std::size_t poles = 0;  ///< vertices that are left out: the margin changes its sign there by diverging

@@ -116,6 +116,16 @@ def test_the_onset_of_rods_with_drag_is_at_a_gain_of_two(tmp_path):
         assert np.abs(points[:, 0] - gain * points[:, 1]).max() < 1e-8 * 2.0
 
 
+@pytest.mark.parametrize("strengths, rates, side", [("1:2", "0.1:0.5", "unstable"), ("0.1:0.2", "0.5:1", "stable")])
+def test_a_plane_without_lines_is_stable_or_unstable(tmp_path, strengths, rates, side):
+    # Order begins at a strength equal to the rate (the mean convention).
+    (one,) = drover_json(tmp_path, "boundary", FLOCK, "--x", f"weathercock.strength = {strengths}",
+                         "--y", f"relaxation.rate = {rates}", "--convention", "mean",
+                         *settings(['boundary.lines=["onset"]']))["traced"]
+    assert one["lines"] == []
+    assert one[f"share_{side}"] == 1.0 and one["share_stable"] + one["share_unstable"] == 1.0
+
+
 def test_boundary_of_a_table_in_area_fractions_has_its_error_band(tmp_path):
     (tmp_path / "table.toml").write_text(TABLE)
     report = drover_json(tmp_path, "boundary", "table.toml", "--x", "bead_area_fraction = 0.1:0.9",

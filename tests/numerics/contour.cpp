@@ -76,6 +76,14 @@ void expect_smooth_but_at(const PlanePoint& place, const Contour& contour, const
     EXPECT_LT(distance(contour.singular_points[0], place), 1e-5);
 }
 
+// Of the unit square, 1/4 by 1/2 is negative, 3/4 by 1/2 positive and the rest undefined; cells along the lines between
+// them are 1/64 wide.
+TEST(Contour, GivesTheFractionsOfEitherSign) {
+    const Contour found = trace([](const PlanePoint& p) { return p.y > 0.5 ? undefined : p.x - 0.25; }, {});
+    EXPECT_NEAR(found.negative, 0.125, 1.0 / 64.0);
+    EXPECT_NEAR(found.positive, 0.375, 1.0 / 64.0);
+}
+
 TEST(Contour, an_ellipse_is_one_closed_line_with_the_positive_side_to_its_left) {
     const Frame frame{.x = 0.07, .y = -0.13, .angle = 0.7};
     for (const double sign : {1.0, -1.0}) {

@@ -403,6 +403,13 @@ Contour trace_zero(const PlaneFunction& f, const Rectangle& where, const Contour
                   .compute = compute,
                   .mesh = bisection_mesh(options.cells, finest_edge)};
     Contour result;
+    evaluate_vertices(tracer);
+    const auto share = [&vertices = tracer.mesh.vertices](auto is_one) {
+        return static_cast<double>(std::ranges::count_if(vertices, is_one, &MeshVertex::value)) /
+               static_cast<double>(vertices.size());
+    };
+    result.positive = share([](double value) { return value >= 0.0; });
+    result.negative = share([](double value) { return value < 0.0; });
     for (;;) {
         look(tracer);
         keep_divisible(tracer);

@@ -45,7 +45,8 @@ struct Contour {
     /// Where the line is not straight on the finest mesh, and islands less than 100 finest_edge across,
     /// which are not among the lines.  One point represents all within a chord.
     std::vector<PlanePoint> singular_points;
-    std::size_t evaluations = 0;  ///< of the function
+    double positive = 0.0, negative = 0.0;  ///< fractions of the first samples, at the corners and centres of the cells
+    std::size_t evaluations = 0;            ///< of the function
     bool complete =
         true;  ///< false: stopped by ContourOptions::evaluations; parts of the lines are coarser than `chord`
 };
