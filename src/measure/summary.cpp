@@ -149,13 +149,12 @@ void add_order_rows(const RecordedSeries& order, double area, const Samples& tim
 void add_box_rows(const BoxSizes& boxes, const RecordedSeries& variance, const Samples& timing,
                   std::vector<SummaryRow>& rows) {
     const Samples samples = split(variance, timing);
-    const std::string start = boxes.what + "_number", &ending = boxes.ending, &what = boxes.what;
+    const std::string start = boxes.what + "_number", &ending = boxes.ending;
     const std::vector<Axis>& axes = variance.axes;
-    SummaryRow number{start + ending, "1", "mean number of " + what + "s in a " + boxes.shape + ", N", axes, {}};
+    SummaryRow number{start + ending, "1", text("mean of {} in a {}, N", start, boxes.shape), axes, {}};
     SummaryRow deviation{start + "_deviation" + ending,
                          "1",
-                         "DN, square root of the time mean of the variance of the number of " + what + "s in a " +
-                             boxes.shape,
+                         text("DN, square root of the time mean of the variance of {} in a {}", start, boxes.shape),
                          axes,
                          {}};
     SummaryRow exponent{

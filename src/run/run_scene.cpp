@@ -15,6 +15,7 @@
 #include "files/checkpoint.hpp"
 #include "files/new_file.hpp"
 #include "io/scene_text.hpp"
+#include "io/units.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/loop/provenance.hpp"
 #include "run/loop/same_run.hpp"
@@ -44,10 +45,11 @@ std::vector<std::string> log_start(const io::Scene& scene, const Simulation& sim
     const Needs needs = needs_for(scene, simulation.bytes);
     const std::vector<std::string> warnings = simulation_type_of(scene).warnings(scene);
     for (const std::string& warning : warnings) log_warning("{}", warning);
-    log_information("{}, {} steps of dt = {} s from step {}, {} thread{}", simulation_type_of(scene).size(scene),
-                    simulation.steps, simulation.dt, first, simulation.threads, simulation.threads == 1 ? "" : "s");
+    log_information("{}, {} steps of dt = {} from step {}, {} thread{}", simulation_type_of(scene).size(scene),
+                    simulation.steps, io::in_unit("{}", simulation.dt, "s", scene.units), first, simulation.threads,
+                    simulation.threads == 1 ? "" : "s");
     if (const auto& [by, pilot] = scene.found.step; by != io::ChosenBy::given)
-        log_information("time.dt = {} s was chosen: {}", scene.time.dt,
+        log_information("time.dt = {} was chosen: {}", io::in_unit("{}", scene.time.dt, "s", scene.units),
                         pilot.empty() ? "the model is linear, and every step exact" : pilot);
     log_information("memory {}, at most {} on disk ({} free)", bytes_text(needs.memory_bytes),
                     bytes_text(needs.disk_bytes), bytes_text(needs.disk_free));
@@ -308,10 +310,9 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
     const std::unique_ptr<Simulation> made = read_of_version(checkpoint.program, path, [&] {
         return simulation_type_of(scene).make(scene, threads, checkpoint.state);
     });
-    require(
-        checkpoint.step <= made->steps, {.file = path.string()},
-        "the run has reached t = {:.10g} s, beyond time.end = {}; to continue, give a later end: --set time.end=...",
-        checkpoint.time, scene.time.end);
+    require(checkpoint.step <= made->steps, {.file = path.string()},
+            "the run has reached t = {}, beyond time.end = {}; to continue, give a later end: --set time.end=...",
+            io::in_unit("{:.10g}", checkpoint.time, "s", scene.units), scene.time.end);
     const std::vector<std::size_t> rows(checkpoint.rows.begin(), checkpoint.rows.end());
     std::optional<StopSignals> signals(std::in_place);
     std::vector<files::Attribute> attributes = provenance(scene, threads.count());
@@ -324,10 +325,10 @@ RunOutcome restart_run(const std::filesystem::path& path, std::span<const std::s
         return files::Archive::resume(path, recordings_of(*made), attributes, rows, check_and_keep_names);
     });
     if (archive.row_checksums() != checkpoint.row_checksums)
-        throw MixedFiles(path, text("the frames and samples up to t = {} s are not those that the run had when it "
+        throw MixedFiles(path, text("the frames and samples up to t = {} are not those that the run had when it "
                                     "wrote its checkpoint; expected the archive as the run left it: put it back, or "
                                     "run the scene again",
-                                    checkpoint.time));
+                                    io::in_unit("{}", checkpoint.time, "s", scene.units)));
     return run_and_finish(scene, *made, checkpoint.step, archive, checkpoint.run_id, signals, options);
 }
 

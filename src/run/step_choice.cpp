@@ -8,6 +8,7 @@
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
+#include "io/units.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/loop/signals.hpp"
@@ -230,7 +231,8 @@ public:
     /// Of the shortest step tried.
     std::string failure() const {
         const auto& [field, tail] = roughest_;
-        std::string words = text("at the shortest step tried, {:.3g} s, {}", shortest_, failure_);
+        std::string words =
+            text("at the shortest step tried, {}, {}", io::in_unit("{:.3g}", shortest_, "s", given_.units), failure_);
         if (tail > max_spectral_tail)
             words += text("; {:.2g} of the variance of {} is in the shortest waves of the grid: choose {}{}", tail,
                           field, grid_keys(pilot_.grid, 2), is_noisy_ ? ", unless the noise explains this" : "");
@@ -258,7 +260,9 @@ private:
             const Pilot run = next_run(foreseen_ * target_);
             const bool reached_end = std::isinf(run.stopped);
             if (run.failure) failure_ = *run.failure;
-            else failure_ = text("its error is {:.2g} of a field at t = {:.4g} s", run.step_error, run.stopped);
+            else
+                failure_ = text("its error is {:.2g} of a field at t = {}", run.step_error,
+                                io::in_unit("{:.4g}", run.stopped, "s", given_.units));
             // From a field that is 0 at the start, the first parts are wrong by as much as they make.
             const auto few = static_cast<std::int64_t>(pilot_.time.end / pilot_.time.dt / 32.0);
             // A step that is too long leaves short waves too, hence two steps.
@@ -272,7 +276,8 @@ private:
                 const double of_longer = pilot_.time.dt;
                 pilot_.time.dt *= 0.5;
                 return chosen(io::ChosenBy::fields,
-                              text("step_error {:.2g} with dt = {:.4g} s", run.step_error, of_longer),
+                              text("step_error {:.2g} with dt = {}", run.step_error,
+                                   io::in_unit("{:.4g}", of_longer, "s", given_.units)),
                               run.count.largest_error / foreseen_);
             }
             stopped_.push_back(run.stopped);
@@ -324,8 +329,9 @@ private:
         scene.time.dt = pilot_.time.dt;
         if (given_.time.tolerance == 0.0) scene.time.tolerance = std::min(target_, 2.0 * largest_part_error);
         scene.found.step = {.by = by,
-                            .pilot = text("{} in {} pilot run{} of {} by {} points to t = {:.4g} s", error, runs_,
-                                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny, pilot_.time.end)};
+                            .pilot = text("{} in {} pilot run{} of {} by {} points to t = {}", error, runs_,
+                                          runs_ == 1 ? "" : "s", pilot_.grid.nx, pilot_.grid.ny,
+                                          io::in_unit("{:.4g}", pilot_.time.end, "s", given_.units))};
         return scene;
     }
 
@@ -351,7 +357,8 @@ void shorten_to_times(io::Scene& scene, const model::Model& model) {
     const double chosen = scene.time.dt;
     while (!resolves_time(scene, model) && scene.time.end / scene.time.dt < max_steps) scene.time.dt *= 0.5;
     if (scene.time.dt < chosen)
-        scene.found.step.pilot += text("; shortened from {:.4g} s to resolve the terms of t", chosen);
+        scene.found.step.pilot +=
+            text("; shortened from {} to resolve the terms of t", io::in_unit("{:.4g}", chosen, "s", scene.units));
 }
 }  // namespace
 

@@ -236,6 +236,22 @@ def test_results_go_to_stdout_and_the_log_to_stderr(tmp_path):
     json.loads(drover(tmp_path, "run", "flock.toml", "--overwrite", "--json").stdout)
 
 
+def test_messages_have_the_unit_of_time_of_the_scene(tmp_path):
+    (tmp_path / "front.toml").write_text("""
+units = {time = "h"}
+model = {name = "front"}
+field = [{symbol = "h", name = "heat", reference = 1.0}]
+grid = {nx = 8, ny = 8, lx = 1.0, ly = 1.0}
+time = {dt = 0.1, end = 2.0}
+initial = {kind = "formula", heat = "1 + 0.3 cos(2 pi x)"}
+output = {frame_every = 1.0, sample_every = 0.5}
+equations = {h = "lap h + h - h^3"}
+""")
+    said = drover(tmp_path, "run", "front.toml").stderr
+    assert "steps of dt = 0.1 h" in said and re.search(r"fluctuation at t = \S+ h \(step_error\)", said)
+    assert not re.search(r"= [\d.]+ s\b", said)
+
+
 def test_results_that_cannot_be_written_are_a_failure(tmp_path):
     write_scene(tmp_path, base=BRIEF)
     for words in (["schema"], ["check", "flock.toml", "--resolved"], ["run", "flock.toml", "--quiet"]):

@@ -46,6 +46,15 @@ def archive(tmp_path_factory):
     return path
 
 
+def test_a_scene_of_a_model_takes_the_tolerance_that_its_method_needs():
+    decay = Model([Field("s", "-s", reference=1.0)])
+    with pytest.raises(drover.Error, match="expected a tolerance"):
+        decay.scene(8, 8.0, dt=0.1, end=1.0, initial={"s": 2.0}, method="cvode-bdf")
+    run = decay.scene(8, 8.0, dt=0.1, end=1.0, initial={"s": 2.0}, method="cvode-bdf", tolerance=1e-8).start()
+    run.advance()
+    assert np.allclose(run.frame["s"], 2.0 * np.exp(-1.0), rtol=1e-6)  # a hundred times the tolerance of a step
+
+
 def test_maps_of_fields_without_noise_are_smooth_and_colours_keep_to_the_signs_of_a_field():
     demixing = Model([Field("c", "lap (c^3 - c - lap c)", name="composition", conserved=True, reference=0.3)])
     scene = demixing.scene(64, 64.0, dt=0.1, end=60.0, initial={"kind": "random", "amplitude": 0.05}, seed=1)

@@ -117,8 +117,8 @@ std::string cause_of_overlap(const Setup& setup, double depth, double radius, do
         std::max(0.0, closing), std::max(0.0, covered), step.key, step.length);
     if (PairwiseLaw::is_chosen(setup.contacts))
         return words +
-               "contacts.law = \"pairwise\" does not correct overlaps, choose larger restitutions, fewer bodies, "
-               "weaker forces or plates, or a smaller time.dt, which slows the growth";
+               "contacts.law = \"pairwise\" does not correct overlaps, choose fewer bodies, weaker forces or plates, "
+               "or a smaller time.dt, which slows the growth";
     if (setup.contacts.model == ContactModel::impulse)
         return words + "choose fewer bodies, weaker forces or plates, or a smaller time.dt, which slows the growth";
     return words + text("contacts of stiffness {} mg/s^2 are too soft for that, choose a larger contacts.stiffness",

@@ -366,15 +366,20 @@ std::vector<std::string> unmet_targets(const io::Scene& scene, const SweepLayout
     for (const AccuracyTarget& target : read_targets(scene)) {
         const auto named = std::ranges::find(table.names, target.observable);
         for (const SweepRow& row : table.rows) {
-            if (named == table.names.end() || row.seeds < 2) continue;
-            const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
-            const measure::Estimate& mean = found.mean;
-            const bool is_small = is_met(target, mean, row.seeds);
-            if (is_small && (!layout.finds_warm_up || found.without_error == 0)) continue;
+            if (named == table.names.end()) continue;
             std::string at;
             for (std::size_t k = 0; k < layout.keys.size(); ++k)
                 at += text("{}{} = {}", at.empty() ? "at " : ", ", layout.keys[k], row.point.values[k]);
             if (!at.empty()) at += ": ";
+            if (row.seeds < 2) {
+                unmet.push_back(text("{}{} has no error of the seeds, since {} run ended; see which runs failed", at,
+                                     target.observable, row.seeds == 0 ? "no" : "only one"));
+                continue;
+            }
+            const measure::Replicates& found = row.results[static_cast<std::size_t>(named - table.names.begin())];
+            const measure::Estimate& mean = found.mean;
+            const bool is_small = is_met(target, mean, row.seeds);
+            if (is_small && (!layout.finds_warm_up || found.without_error == 0)) continue;
             if (is_small) {
                 unmet.push_back(
                     text("{}{} = {:.4g} comes from runs of which {} of {} are too short for an error estimate, so it "

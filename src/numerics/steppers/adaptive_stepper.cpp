@@ -147,11 +147,10 @@ void AdaptiveStepper::advance_in_parts(std::int64_t step, Spectra& state) {
         }
         ++count_.rejected;
         if (division_ > max_division / 2 && !failure_.empty())
-            fail_run("{}; no step down to {:.3g} s avoids this at t = {:.6g} s", failure_, control_.dt / division_,
-                     now);
+            fail_run("{}; no step down to {:.3g} avoids this at t = {:.6g}", failure_, control_.dt / division_, now);
         if (division_ > max_division / 2)
             fail_run(
-                "no step down to {:.3g} s meets time.tolerance = {} at t = {:.6g} s: its estimated error is "
+                "no step down to {:.3g} meets time.tolerance = {} at t = {:.6g}: its estimated error is "
                 "{:.3g}; the fields may be diverging; otherwise give a larger tolerance or a smaller time.dt",
                 control_.dt / division_, tolerance, now, error);
         division_ *= 2;

@@ -257,7 +257,7 @@ void SundialsStepper::Work::look_at_counts() {
 void SundialsStepper::Work::fail(double t) {
     if (failure) std::rethrow_exception(failure);
     fail_run(
-        "{} failed between t = {:.6g} and {:.6g} s: {}; expected steps that meet time.tolerance = {}: the fields may "
+        "{} failed between t = {:.6g} and {:.6g}: {}; expected steps that meet time.tolerance = {}: the fields may "
         "be diverging; otherwise choose another time.tolerance, or time.stepper = \"etdrk4-krogstad\"",
         method.name, t, t + dt, message.empty() ? "the right-hand side is not finite" : message, tolerance);
 }

@@ -159,7 +159,7 @@ void WatchedStepper::measure_error(std::int64_t step, const Spectra& state) {
     double square = 0.0;
     for (const Complex value : state.values) square += std::norm(value);
     if (std::isfinite(square) && !(local.error < 0.5))
-        fail_run("the time step is too long: at t = {:.6g} s one step of {:.4g} s {}; choose time.dt <= {:.3g}{}",
+        fail_run("the time step is too long: at t = {:.6g} one step of {:.4g} {}; choose time.dt <= {:.3g}{}",
                  (static_cast<double>(step) + 1.0) * stepper_.dt(), stepper_.dt(),
                  std::isfinite(local.error) ? text("is wrong by {:.3g} times the {}", local.error, local.field)
                                             : text("leaves the {} without a finite error", local.field),

@@ -386,11 +386,13 @@ class Model:
         """
         return ModelRun(self, pair_of("points", points), pair_of("side", side), float(dt), method, seed, threads)
 
-    def scene(self, points, side, dt, end, *, initial=None, method="etdrk4-krogstad", seed=1, name="model"):
+    def scene(self, points, side, dt, end, *, initial=None, method="etdrk4-krogstad", tolerance=0.0, seed=1,
+              name="model"):
         """The Scene of a run of this model to the time `end`, which writes an archive: scene.run("model.h5").
 
-        points, side, dt, method, seed: as of start().  initial: {component: formula in x and y, or number}, or the
-        keys of [initial], such as {"kind": "random", "amplitude": 0.01}; default: the reference.  name: of the file.
+        points, side, dt, seed: as of start().  method: any of time.stepper of a scene.  tolerance: time.tolerance,
+        which the cvode methods need; 0: steps of dt.  initial: {component: formula in x and y, or number}, or the keys
+        of [initial], such as {"kind": "random", "amplitude": 0.01}; default: the reference.  name: of the file.
         Samples are 0.1 apart, and frames 1.0, or the next multiple of dt.
 
         >>> model = Model([Field("phi", "lap(phi^3 - phi - lap phi)", conserved=True)])
@@ -414,7 +416,8 @@ class Model:
             "define": dict(self.define),
             "coefficients": {key: float(value) for key, value in self.coefficients.items()},
             "grid": {"nx": nx, "ny": ny, "lx": float(lx), "ly": float(ly)},
-            "time": {"dt": float(dt), "end": float(end), "stepper": method}, "initial": start,
+            "time": {"dt": float(dt), "end": float(end), "stepper": method, "tolerance": float(tolerance)},
+            "initial": start,
             "output": {key: float(dt * np.ceil(every / dt - 1e-9)) if dt > 0 else every
                        for key, every in (("sample_every", 0.1), ("frame_every", 1.0))},
             "run": {"seed": seed}}, f"{name}.toml")

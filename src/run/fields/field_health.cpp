@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "io/units.hpp"
 #include "measure/fields.hpp"
 
 namespace drover::run {
@@ -136,11 +137,12 @@ std::string cause_of(const Diagnosed& run, double tail) {
             ? ""
             : term_not_finite(run.scene, run.problem.integrated, static_cast<double>(health.step) * dt, last);
     fail_run(
-        "the solution became NaN or infinite at or before step {} (t = {:.6g} s): {}, mode ({}, {}), dt = {}; its "
+        "the solution became NaN or infinite at or before step {} (t = {}): {}, mode ({}, {}), dt = {}; its "
         "largest value was {:.3g} in cell ({}, {}) when last finite; likely cause: {}; any checkpoint is "
         "still valid",
-        step, static_cast<double>(step) * dt, run.problem.components[static_cast<std::size_t>(component)].name,
-        mode % width, numerics::mode_number_y(linear.grid, mode / width), dt, peak.value, peak.x, peak.y,
+        step, io::in_unit("{:.6g}", static_cast<double>(step) * dt, "s", run.scene.units),
+        run.problem.components[static_cast<std::size_t>(component)].name, mode % width,
+        numerics::mode_number_y(linear.grid, mode / width), dt, peak.value, peak.x, peak.y,
         term.empty() ? cause_of(run, tail_of(linear, last, {"", component, 1}))
                      : term + ": give it a finite value where the fields vanish");
 }
@@ -197,11 +199,12 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
         if (size <= max_field_size * scale || scale == 0.0) continue;
         const Peak peak = peak_of(linear.grid, transform, state, c);
         fail_run(
-            "the run diverged at or before step {} (t = {:.6g} s): the root mean square of {} is {:.3g} "
+            "the run diverged at or before step {} (t = {}): the root mean square of {} is {:.3g} "
             "{}; expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
             "({}, {}), dt = {}; likely cause: {}; any earlier checkpoint is still valid",
-            step, static_cast<double>(step) * run.scene.time.dt, component.name, size, component.unit, max_field_size,
-            scale, peak.value, peak.x, peak.y, run.scene.time.dt, cause_of(run, tail_of(linear, state, {"", c, 1})));
+            step, io::in_unit("{:.6g}", static_cast<double>(step) * run.scene.time.dt, "s", run.scene.units),
+            component.name, size, component.unit, max_field_size, scale, peak.value, peak.x, peak.y, run.scene.time.dt,
+            cause_of(run, tail_of(linear, state, {"", c, 1})));
     }
     if (step == health.step) return;  // checked before
     std::swap(health.earlier, health.healthy);
@@ -215,10 +218,11 @@ void fail_step(const Diagnosed& run, const FieldHealth& health, std::int64_t ste
     const FirstFailure first = find_first_failure(run.evolution, health, step);
     if (first.change < min_change || first.field.first == error.component) fail_run("{}", error.what());
     fail_run(
-        "{} became unstable: in step {} (t = {:.6g} s) it changed by {:.3g} times its size, with {:.2g} of its "
+        "{} became unstable: in step {} (t = {}) it changed by {:.3g} times its size, with {:.2g} of its "
         "variance in the shortest waves of the grid: choose time.dt = {} or smaller, or a finer grid; then {}",
-        first.field.name, first.step, static_cast<double>(first.step) * run.scene.time.dt, first.change, first.tail,
-        0.5 * run.scene.time.dt, error.what());
+        first.field.name, first.step,
+        io::in_unit("{:.6g}", static_cast<double>(first.step) * run.scene.time.dt, "s", run.scene.units), first.change,
+        first.tail, 0.5 * run.scene.time.dt, error.what());
 }
 
 }  // namespace drover::run

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drover/numerics/transform.hpp"
+#include "io/units.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "numerics/steppers/coarse_error.hpp"
@@ -104,9 +105,10 @@ void check_chosen_step(const io::Scene& scene, const numerics::StepError::Relati
     const double excess = error.error / (choice_margin * time.max_error) * time.end / t;
     const int halvings = std::clamp(static_cast<int>(std::ceil(std::log2(excess) / order)), 1, 4);
     throw StepTooLong(
-        text("the chosen time.dt = {} makes an error of {:.2g} of the fluctuation of the {} by t = {:.6g} s; expected "
+        text("the chosen time.dt = {} makes an error of {:.2g} of the fluctuation of the {} by t = {}; expected "
              "at most time.max_error = {}: run the scene again from its start, with time.dt = {}",
-             time.dt, error.error, error.field, t, time.max_error, std::ldexp(time.dt, -halvings)),
+             time.dt, error.error, error.field, io::in_unit("{:.6g}", t, "s", scene.units), time.max_error,
+             std::ldexp(time.dt, -halvings)),
         halvings);
 }
 
@@ -255,13 +257,14 @@ public:
     std::string describe() const override {
         const numerics::StepCount steps_taken = count();
         const double last = evolution_.stepper().last_step();
+        const std::string size = io::in_unit("{:.4g}", last, "s", scene_.units);
         std::string words;
         if (steps_taken.right_hand_sides > 0)
-            words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {:.4g} s",
-                         steps_taken.accepted, steps_taken.rejected, steps_taken.right_hand_sides, last);
+            words = text("{} steps taken, {} rejected, {} right-hand sides; the last step was {}", steps_taken.accepted,
+                         steps_taken.rejected, steps_taken.right_hand_sides, size);
         else if (scene_.time.tolerance > 0.0)
-            words = text("{} steps taken, {} rejected; the last were {:.4g} s (time.dt/{})", steps_taken.accepted,
-                         steps_taken.rejected, last, std::llround(scene_.time.dt / last));
+            words = text("{} steps taken, {} rejected; the last were {} (time.dt/{})", steps_taken.accepted,
+                         steps_taken.rejected, size, std::llround(scene_.time.dt / last));
         if (const auto changes = evolution_.reference_changes(); changes > 0)
             words += text("{}the reference of the linear part changed {} time{}", words.empty() ? "" : "; ", changes,
                           changes == 1 ? "" : "s");

@@ -6,6 +6,7 @@
 
 #include "base/clock.hpp"
 #include "base/log.hpp"
+#include "drover/measure/statistics.hpp"
 #include "files/checkpoint.hpp"
 #include "run/loop/progress.hpp"
 #include "run/loop/signals.hpp"
@@ -83,9 +84,9 @@ void keeping_frames(Commits& commits, Work work) {
 std::string progress_text(const Simulation& simulation, std::int64_t first, std::int64_t step, double seconds) {
     const auto done = static_cast<double>(step), all = static_cast<double>(simulation.steps);
     const double rate = static_cast<double>(step - first) / seconds;
-    std::string line =
-        text("t = {:.4g} of {:.4g} s ({:.0f} %), {:.3g} steps/s, {} left", done * simulation.dt, all * simulation.dt,
-             100.0 * done / all, rate, duration_text(rate > 0.0 ? (all - done) / rate : 0.0));
+    std::string line = text("t = {:.4g} of {} ({:.0f} %), {:.3g} steps/s, {} left", done * simulation.dt,
+                            measure::time_text(all * simulation.dt, simulation.recordings.back().recording.time_unit),
+                            100.0 * done / all, rate, duration_text(rate > 0.0 ? (all - done) / rate : 0.0));
     if (const std::optional<double> error = simulation.step_error(); error > 0.0)
         line += text(", estimated error of the steps {:.2g}", *error);
     return line;

@@ -10,6 +10,7 @@
 #include "base/mapped.hpp"
 #include "drover/base/threads.hpp"
 #include "io/declared_model.hpp"
+#include "io/units.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/shells.hpp"
 #include "numerics/steppers/time_method.hpp"
@@ -445,8 +446,9 @@ std::optional<std::string> time_warning(const io::Scene& scene, const FieldProbl
     if (worst <= max_wrong) return std::nullopt;
     return text(
         "time.dt = {} does not resolve the time dependence of a term written as text: its integral over the steps is "
-        "wrong by {:.2g} of its change, from t = {:.6g} s on: choose time.dt = {:.3g}, or a slower variation",
-        dt, std::min(worst, 1.0), static_cast<double>(windows[window].first) * dt, dt / 4.0);
+        "wrong by {:.2g} of its change, from t = {} on: choose time.dt = {:.3g}, or a slower variation",
+        dt, std::min(worst, 1.0),
+        io::in_unit("{:.6g}", static_cast<double>(windows[window].first) * dt, "s", scene.units), dt / 4.0);
 }
 
 bool depends_on_time(const io::Scene& scene, const model::Model& model) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "io/units.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "numerics/fields/wavenumbers.hpp"
@@ -210,10 +211,11 @@ void add_resolution(const files::ArchiveReader& archive, const io::Scene& scene,
         if (finer.ny > 1) finer.ny = points(finer.ny);
         warnings.push_back(
             text("the grid does not resolve {} with {}: {:.2g} of its variance is in the shortest waves of the grid at "
-                 "t = {:.6g} s (spectral_tail_{}); expected less than {}: choose {}{}; a step that is too "
+                 "t = {} (spectral_tail_{}); expected less than {}: choose {}{}; a step that is too "
                  "long has the same effect: try time.dt = {}",
-                 field.name, grid_keys(scene.grid), worst.fraction, worst.time, field.name, max_spectral_tail,
-                 grid_keys(finer), smoothing.empty() ? "" : ", or a larger " + smoothing, 0.5 * scene.time.dt));
+                 field.name, grid_keys(scene.grid), worst.fraction, io::in_unit("{:.6g}", worst.time, "s", scene.units),
+                 field.name, max_spectral_tail, grid_keys(finer), smoothing.empty() ? "" : ", or a larger " + smoothing,
+                 0.5 * scene.time.dt));
     }
 }
 
@@ -299,15 +301,18 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     const auto first = std::ranges::find_if(errors, is_unknown);
     if (unknown > 0 && scene.time.max_error < 1.0)
         warnings.push_back(text(
-            "the error of the time steps is not resolved at {} of {} samples, first at t = {:.6g} s (effort "
+            "the error of the time steps is not resolved at {} of {} samples, first at t = {} (effort "
             "{:.3g} %); expected an estimate: increase accuracy.effort, or set time.max_error = 1 to turn off this "
             "warning",
-            unknown, errors.size(), times[static_cast<std::size_t>(first - errors.begin())],
+            unknown, errors.size(),
+            io::in_unit("{:.6g}", times[static_cast<std::size_t>(first - errors.begin())], "s", scene.units),
             100.0 * effort_of_estimates(scene)));
     const auto worst = std::ranges::max_element(errors, [](double a, double b) {
         return (std::isnan(a) ? 0.0 : a) < (std::isnan(b) ? 0.0 : b);
     });
     if (std::isnan(*worst)) return;
+    const std::string when =
+        io::in_unit("{:.6g}", times[static_cast<std::size_t>(worst - errors.begin())], "s", scene.units);
     // A step that was chosen for means need not follow the noise path more closely than this.
     constexpr double decoupled = 0.3;
     const double allowed = std::max(scene.time.max_error, scene.found.step.by == io::ChosenBy::means ? decoupled : 0.0);
@@ -316,9 +321,8 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     if (scene.time.tolerance > 0.0 && !has_product_noise) {
         warnings.push_back(
             text("the steps of {} are too inaccurate: their estimated error is {:.2g} of a field's fluctuation at "
-                 "t = {:.6g} s (step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
-                 scene.time.stepper, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
-                 scene.time.max_error,
+                 "t = {} (step_error); expected at most time.max_error = {}: choose time.tolerance = {:.1g}",
+                 scene.time.stepper, *worst, when, scene.time.max_error,
                  std::max(1e-3 * scene.time.tolerance, 0.5 * scene.time.tolerance * scene.time.max_error / *worst)));
         return;
     }
@@ -329,10 +333,10 @@ void add_step_error(const files::ArchiveReader& archive, const io::Scene& scene,
     constexpr double max_halvings = 20.0;  // of an error that is infinite
     const double halvings = std::min(max_halvings, std::ceil(std::log2(*worst / scene.time.max_error) / order));
     warnings.push_back(
-        text("time.dt = {} is too long: its estimated error is {:.2g} of a field's fluctuation at t = {:.6g} s "
+        text("time.dt = {} is too long: its estimated error is {:.2g} of a field's fluctuation at t = {} "
              "(step_error){}; expected "
              "at most time.max_error = {}: choose time.dt = {}{}{}",
-             scene.time.dt, *worst, times[static_cast<std::size_t>(worst - errors.begin())],
+             scene.time.dt, *worst, when,
              *worst >= 1.0 ? ", so the fields are unrelated to the exact ones, and at best their means are right" : "",
              scene.time.max_error, scene.time.dt * std::exp2(-halvings),
              order > 0.5 && order < 4.0 && scene.time.stepper != "etdrk4-krogstad"
