@@ -34,27 +34,6 @@ struct PendingFrame {
     std::future<Chunks> chunks;
 };
 
-}  // namespace
-
-struct Archive::File {
-    explicit File(std::unique_ptr<Hdf5File> opened) : hdf5(std::move(opened)) {}
-    ~File() {
-        const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
-        recordings.clear();
-    }
-    File(const File&) = delete;
-    File& operator=(const File&) = delete;
-
-    /// Writes the frame that is being compressed, if there is one.
-    void write_pending();
-
-    std::unique_ptr<Hdf5File> hdf5;
-    std::vector<OpenRecording> recordings;  // their datasets are closed before the file
-    std::optional<PendingFrame> pending;
-};
-
-namespace {
-
 /// Groups in the root that belong to no recording: results of the earlier run, invalid once rows are cut.
 std::vector<std::string> result_groups(hid_t file, const std::vector<OpenRecording>& recordings,
                                        const Hdf5Errors& errors) {
@@ -249,6 +228,23 @@ void check_types(const OpenRecording& recording, const Hdf5Errors& errors) {
 }
 
 }  // namespace
+
+struct Archive::File {
+    explicit File(std::unique_ptr<Hdf5File> opened) : hdf5(std::move(opened)) {}
+    ~File() {
+        const QuietErrors quiet;  // closing flushes uncommitted rows, which are discarded
+        recordings.clear();
+    }
+    File(const File&) = delete;
+    File& operator=(const File&) = delete;
+
+    /// Writes the frame that is being compressed, if there is one.
+    void write_pending();
+
+    std::unique_ptr<Hdf5File> hdf5;
+    std::vector<OpenRecording> recordings;  // their datasets are closed before the file
+    std::optional<PendingFrame> pending;
+};
 
 Archive::Archive(std::unique_ptr<File> file) : file_(std::move(file)) {}
 Archive::Archive(Archive&&) noexcept = default;

@@ -113,12 +113,6 @@ Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
     return access;
 }
 
-std::size_t bytes_of(const std::vector<hsize_t>& chunk) {
-    std::size_t bytes = sizeof(double);
-    for (const hsize_t size : chunk) bytes *= static_cast<std::size_t>(size);
-    return bytes;
-}
-
 void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
     const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), false, errors);
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
@@ -178,7 +172,7 @@ Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, 
     const hid_t created =
         rank > 0 ? H5Screate_simple(rank, extent.now.data(), extent.max.data()) : H5Screate(H5S_SCALAR);
     const Handle space = errors.own(created, H5Sclose, doing);
-    const Handle access = dataset_access(bytes_of(extent.chunk), errors);
+    const Handle access = dataset_access(static_cast<std::size_t>(bytes_of(extent.chunk)), errors);
     return errors.own(H5Dcreate2(group, name.c_str(), is_integer ? H5T_STD_I64LE : H5T_IEEE_F64LE, space, H5P_DEFAULT,
                                  creation, access),
                       H5Dclose, doing);

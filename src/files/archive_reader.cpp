@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <tuple>
 
 #include "base/clock.hpp"
@@ -16,10 +15,7 @@
 
 namespace drover::files {
 
-bool is_hdf5(const std::filesystem::path& file) {
-    const std::string signature = "\x89HDF\r\n\x1a\n";
-    return read_start(file, signature.size()) == signature;
-}
+bool is_hdf5(const std::filesystem::path& file) { return read_start(file, hdf5_signature.size()) == hdf5_signature; }
 
 std::string text_in(const std::vector<Attribute>& attributes, const std::string& name) {
     for (const auto& [found, value] : attributes)
@@ -46,59 +42,6 @@ struct View {
 
 /// Whether the file that is open no longer changes: it is as it was, or another one has its name.
 bool is_same(const FileState& opened, const FileState& now) { return now == opened || now.number != opened.number; }
-
-}  // namespace
-
-struct ArchiveReader::File {
-    std::filesystem::path path;
-    bool is_own = false;  ///< this process writes it, and does not meanwhile
-    Descriptor guard = {};
-    std::optional<View> view = {};
-    std::chrono::milliseconds patience{2000};                 ///< with the commit of a run
-    std::optional<std::map<std::string, Array>> memory = {};  ///< instead of a file
-
-    const Array& in_memory(const std::string& dataset) const {
-        const auto found = memory->find(dataset);
-        require(found != memory->end(), {}, "the run has no {}", dataset);
-        return found->second;
-    }
-
-    /// What `read` returns for a view that no commit changed meanwhile: HDF5 would combine old metadata with new data.
-    /// Opens the file again for each reading while a run writes it.
-    template <class Read>
-    auto steady(Read read) try {
-        const QuietErrors quiet;
-        const auto end = Clock::now() + std::chrono::seconds(5);
-        for (;;) {
-            const bool is_replaced = view && state_of(path).number != view->state.number;
-            if (view && !is_replaced && (view->is_live || !is_same(view->state, state_of(path)))) view.reset();
-            if (!view) guard = open_file(path, O_RDONLY);
-            const CommitLock lock(guard, CommitLock::Side::reader, patience);
-            if (!lock.is_held()) patience = {};  // the run was stopped within a commit: no second wait
-            const FileState before = state_of(path);
-            const auto begin = Clock::now();
-            const auto is_sure = [&] {
-                return (lock.is_held() && Clock::now() - begin < patience_with_readers) ||
-                       is_same(before, state_of(path));
-            };
-            try {
-                if (!view) view.emplace(path, guard, is_own);
-                auto result = read(*view);
-                throw_failure(*view->hdf5->overlay);
-                if (is_sure()) return result;
-            } catch (const Error&) {
-                if (is_sure() || Clock::now() > end) throw;
-            }
-            if (Clock::now() > end)
-                fail_input({path.string()},
-                           "is being written faster than it can be read; try again, or wait for the end of its run");
-        }
-    } catch (const std::system_error& cause) {
-        throw access_failure(path, cause, "cannot be read", "expected a readable archive of drover");
-    }
-};
-
-namespace {
 
 /// An array of any size up to small_array bytes, and else at most this multiple of the file.  Series of a run compress
 /// far less together; deflate could inflate one byte to 1032, to fill the memory.
@@ -150,8 +93,7 @@ bool check_type(hid_t dataset, const std::string& name, const Hdf5Errors& errors
 /// A whole array may be far larger than memory, but no larger than deflate can make its bytes.
 void check_inflation(hid_t dataset, const StoredArray& array, const Hdf5Errors& errors) {
     constexpr double max_ratio = 1032.0;
-    double bytes = sizeof(double);
-    for (const std::size_t size : array.shape) bytes *= static_cast<double>(size);
+    const double bytes = bytes_of(array.shape);
     const auto stored = static_cast<double>(H5Dget_storage_size(dataset));
     require(bytes <= max_ratio * stored, {errors.file},
             "{} claims {} but stores {}; expected at most {} times as many: it is damaged", array.path,
@@ -184,22 +126,16 @@ void read_rows(const OpenDataset& open, const std::string& name, const RowRange&
 /// The number of elements of this shape, after checking that they can fit in this file and in memory.
 std::size_t checked_count(const std::vector<std::size_t>& shape, std::uint64_t file_bytes, const std::string& name,
                           const Hdf5Errors& errors) {
-    constexpr std::size_t max_count = std::numeric_limits<std::size_t>::max() / sizeof(double);
-    const std::uint64_t memory = memory_available();
-    std::size_t count = 1;
-    for (const std::size_t size : shape) {
-        const bool fits = size == 0 || count <= max_count / size;
-        count = fits ? count * size : max_count;
-    }
+    const auto memory = static_cast<double>(memory_available());
     if (std::ranges::find(shape, std::size_t{0}) != shape.end()) return 0;
-    const double bytes = static_cast<double>(count) * sizeof(double);
+    const double bytes = bytes_of(shape);
     require(bytes <= std::max(small_array, static_cast<double>(file_bytes) * max_inflation), {errors.file},
             "{} claims {} in a file of {}; expected no more than a file of that size can hold: it is damaged", name,
             bytes_text(bytes), bytes_text(static_cast<double>(file_bytes)));
-    require(bytes <= static_cast<double>(memory) / 2, {errors.file},
+    require(bytes <= memory / 2, {errors.file},
             "{} takes {}, more than half of the {} of free memory; read it row by row", name, bytes_text(bytes),
-            bytes_text(static_cast<double>(memory)));
-    return count;
+            bytes_text(memory));
+    return static_cast<std::size_t>(bytes / sizeof(double));
 }
 
 /// All rows, or `count` from `first` on.
@@ -225,6 +161,55 @@ Array read_part(const View& view, const std::string& dataset,
 }
 
 }  // namespace
+
+struct ArchiveReader::File {
+    std::filesystem::path path;
+    bool is_own = false;  ///< this process writes it, and does not meanwhile
+    Descriptor guard = {};
+    std::optional<View> view = {};
+    std::chrono::milliseconds patience{2000};                 ///< with the commit of a run
+    std::optional<std::map<std::string, Array>> memory = {};  ///< instead of a file
+
+    const Array& in_memory(const std::string& dataset) const {
+        const auto found = memory->find(dataset);
+        require(found != memory->end(), {}, "the run has no {}", dataset);
+        return found->second;
+    }
+
+    /// What `read` returns for a view that no commit changed meanwhile: HDF5 would combine old metadata with new data.
+    /// Opens the file again for each reading while a run writes it.
+    template <class Read>
+    auto steady(Read read) try {
+        const QuietErrors quiet;
+        const auto end = Clock::now() + std::chrono::seconds(5);
+        for (;;) {
+            const bool is_replaced = view && state_of(path).number != view->state.number;
+            if (view && !is_replaced && (view->is_live || !is_same(view->state, state_of(path)))) view.reset();
+            if (!view) guard = open_file(path, O_RDONLY);
+            const CommitLock lock(guard, CommitLock::Side::reader, patience);
+            if (!lock.is_held()) patience = {};  // the run was stopped within a commit: no second wait
+            const FileState before = state_of(path);
+            const auto begin = Clock::now();
+            const auto is_sure = [&] {
+                return (lock.is_held() && Clock::now() - begin < patience_with_readers) ||
+                       is_same(before, state_of(path));
+            };
+            try {
+                if (!view) view.emplace(path, guard, is_own);
+                auto result = read(*view);
+                throw_failure(*view->hdf5->overlay);
+                if (is_sure()) return result;
+            } catch (const Error&) {
+                if (is_sure() || Clock::now() > end) throw;
+            }
+            if (Clock::now() > end)
+                fail_input({path.string()},
+                           "is being written faster than it can be read; try again, or wait for the end of its run");
+        }
+    } catch (const std::system_error& cause) {
+        throw access_failure(path, cause, "cannot be read", "expected a readable archive of drover");
+    }
+};
 
 ArchiveReader::ArchiveReader(const std::filesystem::path& file, Writer writer) {
     require_plain_file(file);

@@ -30,15 +30,14 @@ std::optional<std::span<const std::byte>> without_checksum(std::span<const std::
 std::vector<std::byte> deflated(std::span<const std::byte> bytes) {
     ByteWriter to;
     to(static_cast<std::uint64_t>(bytes.size()));
-    std::vector<std::byte> result = std::move(to.bytes);
-    const std::size_t head = result.size();
+    const std::size_t head = to.bytes.size();
     uLongf length = compressBound(static_cast<uLong>(bytes.size()));
-    result.resize(head + length);
-    const int status = compress(reinterpret_cast<Bytef*>(result.data() + head), &length,
+    to.bytes.resize(head + length);
+    const int status = compress(reinterpret_cast<Bytef*>(to.bytes.data() + head), &length,
                                 reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()));
     if (status != Z_OK) fail_environment("{}", no_memory_text);
-    result.resize(head + length);
-    return result;
+    to.bytes.resize(head + length);
+    return std::move(to.bytes);
 }
 
 std::optional<std::vector<std::byte>> inflated(std::span<const std::byte> bytes) {

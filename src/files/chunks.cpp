@@ -154,8 +154,7 @@ Storage storage_of(hid_t dataset, const std::string& name, const Hdf5Errors& err
     std::array<hsize_t, H5S_MAX_RANK> sizes{};
     const int rank = errors.check(H5Pget_chunk(creation, H5S_MAX_RANK, sizes.data()), doing);
     storage.chunk.assign(sizes.begin(), sizes.begin() + rank);
-    double bytes = sizeof(double);
-    for (const std::size_t size : storage.chunk) bytes *= static_cast<double>(size);
+    const double bytes = bytes_of(storage.chunk);
     require(bytes <= static_cast<double>(memory_available()) / 2, {errors.file},
             "{} has chunks of {}, more than half of the free memory; expected smaller ones", name, bytes_text(bytes));
     storage.bytes = static_cast<std::size_t>(bytes);

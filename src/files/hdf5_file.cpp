@@ -4,7 +4,6 @@
 #include <fcntl.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 
 #include "files/checkpoint.hpp"
@@ -120,13 +119,8 @@ Overlay recovered_overlay(const std::filesystem::path& file) {
 
 /// Whether HDF5's signature is at one of its allowed offsets: 0, 512, 1024, 2048, ...
 bool has_signature(const Overlay& overlay) {
-    constexpr std::array<unsigned char, 8> signature{0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-    for (std::uint64_t offset = 0; offset < overlay.length; offset = std::max<std::uint64_t>(512, 2 * offset)) {
-        std::array<std::byte, 8> found{};
-        read_overlay(overlay, offset, found);
-        const auto same = [](unsigned char a, std::byte b) { return std::byte{a} == b; };
-        if (std::equal(signature.begin(), signature.end(), found.begin(), same)) return true;
-    }
+    for (std::uint64_t offset = 0; offset < overlay.length; offset = std::max<std::uint64_t>(512, 2 * offset))
+        if (text_at(overlay, offset, hdf5_signature.size()) == hdf5_signature) return true;
     return false;
 }
 

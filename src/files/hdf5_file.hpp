@@ -9,6 +9,8 @@
 
 namespace drover::files {
 
+inline constexpr std::string_view hdf5_signature = "\x89HDF\r\n\x1a\n";
+
 /// An open HDF5 file.  Changes stay in memory until commit(), which makes all of them durable or none; closing discards
 /// the rest.  A commit that a kill interrupted is completed or undone, from the journal beside the file, at the next
 /// opening by drover.  Members are closed from last to first: file, access list, driver, then the pages that they use.

@@ -29,14 +29,10 @@ QuietErrors::QuietErrors(Hdf5Failure* first) {
     H5Eset_auto2(H5E_DEFAULT, first == nullptr ? nullptr : keep_first, first);
 }
 
-std::string hdf5_message() {
-    Message message{};
-    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &message);
-    return message[0] == '\0' ? "no message" : message.data();
-}
-
 void Hdf5Errors::fail(std::string_view doing) const {
-    const std::string message = hdf5_message();
+    Message innermost{};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &innermost);
+    const std::string message = innermost[0] == '\0' ? "no message" : innermost.data();
     if (throw_cause) throw_cause();
     if (fault == Fault::input)
         fail_input({file},

@@ -70,8 +70,13 @@ struct Hdf5Errors {
     [[noreturn]] void fail(std::string_view doing) const;
 };
 
-/// The innermost message on HDF5's error stack.
-std::string hdf5_message();
+/// Bytes of an array of numbers with these sizes: a double, which does not overflow.
+template <class Sizes>
+double bytes_of(const Sizes& sizes) {
+    double bytes = sizeof(double);
+    for (const auto size : sizes) bytes *= static_cast<double>(size);
+    return bytes;
+}
 
 /// The names of the attributes of an object, in order.
 std::vector<std::string> attribute_names(hid_t object, const Hdf5Errors& errors);

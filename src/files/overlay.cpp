@@ -42,23 +42,17 @@ Changes changes_of(const Overlay& overlay) {
 }
 
 std::uint64_t head_of(const Overlay& overlay) {
-    std::string head(std::min<std::uint64_t>(sector_bytes, overlay.end), '\0');
-    read_overlay(overlay, 0, std::as_writable_bytes(std::span(head)));
+    const std::string head = text_at(overlay, 0, std::min<std::uint64_t>(sector_bytes, overlay.end));
     return checksum(std::as_bytes(std::span(head)));
-}
-
-/// Whether the run id will be where it was, as it is unless HDF5 moved the attribute.
-bool keeps_run_id(const Overlay& overlay) {
-    std::string found(overlay.mark.run_id.size(), '\0');
-    read_overlay(overlay, overlay.mark.offset, std::as_writable_bytes(std::span(found)));
-    return found == overlay.mark.run_id;
 }
 
 Changes changes_to_commit(const Overlay& overlay) try {
     Changes changes = changes_of(overlay);
     changes.overwriting.before = overlay.mark;
     changes.overwriting.head_after = head_of(overlay);
-    if (!keeps_run_id(overlay)) changes.overwriting.before.run_id.clear();
+    // The run id will be where it was, unless HDF5 moved the attribute.
+    std::string& run_id = changes.overwriting.before.run_id;
+    if (text_at(overlay, overlay.mark.offset, run_id.size()) != run_id) run_id.clear();
     return changes;
 } catch (const std::system_error& cause) {
     throw disk_failure(overlay.path, cause);
@@ -97,100 +91,6 @@ const char* consequence_of_failure(const Overlay& overlay) {
     if (overlay.committed == 0) return "the new file is not kept";
     return "the file stays as it was at the last commit";
 }
-
-}  // namespace
-
-Overlay overlay_of(Descriptor file, const std::filesystem::path& path) {
-    Overlay overlay;
-    overlay.path = path;
-    overlay.committed = overlay.length = length_of(file);
-    overlay.file = std::move(file);
-    return overlay;
-}
-
-Overlay written_overlay(Descriptor locked, const std::filesystem::path& path) {
-    Overlay overlay = overlay_of(std::move(locked), path);
-    overlay.is_written = true;
-    overlay.end = overlay.length;
-    overlay.mark.head = head_of(overlay);
-    return overlay;
-}
-
-void find_run_id(Overlay& overlay, const std::string& run_id) {
-    constexpr std::uint64_t max_bytes = 1 << 20;  // attributes are written first
-    std::string start(std::min(max_bytes, overlay.committed), '\0');
-    read_overlay(overlay, 0, std::as_writable_bytes(std::span(start)));
-    const std::size_t found = start.find(run_id);
-    const bool is_found = found != std::string::npos;
-    overlay.mark.run_id = is_found ? run_id : "";
-    overlay.mark.offset = is_found ? found : 0;
-}
-
-void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
-    read_disk(overlay, offset, bytes);
-    const std::uint64_t end = offset + bytes.size();
-    for (auto page = overlay.pages.lower_bound(offset - offset % page_bytes); page != overlay.pages.end(); ++page) {
-        if (page->first >= end) break;
-        const std::uint64_t from = std::max(offset, page->first), to = std::min(end, page->first + page_bytes);
-        std::memcpy(bytes.data() + (from - offset), page->second.data() + (from - page->first), to - from);
-    }
-}
-
-void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes) {
-    overlay.length = std::max(overlay.length, offset + bytes.size());
-    while (!bytes.empty()) {
-        const std::size_t within = static_cast<std::size_t>(offset % page_bytes);
-        const std::size_t size = std::min(page_bytes - within, bytes.size());
-        auto page = overlay.pages.find(offset - within);
-        if (page == overlay.pages.end()) {
-            std::array<std::byte, page_bytes> on_disk{};
-            if (size < page_bytes && offset - within < overlay.committed) read_disk(overlay, offset - within, on_disk);
-            page = overlay.pages.emplace(offset - within, on_disk).first;
-        }
-        std::memcpy(page->second.data() + within, bytes.data(), size);
-        offset += size;
-        bytes = bytes.subspan(size);
-    }
-}
-
-void commit_overlay(Overlay& overlay) {
-    if (overlay.is_stuck)
-        fail_environment("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
-                         journal_of(overlay.path).string());
-    throw_failure(overlay);
-    const Changes changes = changes_to_commit(overlay);
-    const bool needs_journal = overlay.committed > 0;
-    if (changes.fresh.empty() && changes.overwriting.patches.empty() && overlay.end == overlay.committed) return;
-
-    const std::vector<std::byte> journal = needs_journal ? encoded(changes.overwriting) : std::vector<std::byte>{};
-    const std::uint64_t growth = overlay.end - std::min(overlay.end, overlay.committed);
-    bool is_journal_complete = false;
-    try {
-        allocate(overlay.file, overlay.committed, overlay.end);
-        for (const Patch& patch : changes.fresh) write_at(overlay.file, patch.offset, patch.bytes);
-        sync(overlay.file);
-        require_whole(overlay, false);
-        if (needs_journal) {
-            write_journal(overlay.path, journal);
-            is_journal_complete = true;
-            const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
-            require_whole(overlay, false);
-            apply(changes.overwriting, overlay.file);
-            require_whole(overlay, true);
-            remove_if_exists(journal_of(overlay.path));
-        }
-    } catch (const std::system_error& cause) {
-        overlay.is_stuck = is_journal_complete;
-        if (!is_journal_complete) release(overlay);
-        throw write_failure(overlay.path, cause, growth + journal.size(), consequence_of_failure(overlay));
-    }
-    overlay.committed = overlay.end;
-    overlay.pages.clear();
-    overlay.mark.head = changes.overwriting.head_after;
-    if (changes.overwriting.before.run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
-}
-
-namespace {
 
 /// HDF5's handle of an open file; HDF5 requires its own part to be the first member.
 struct DriverFile {
@@ -290,6 +190,100 @@ H5FD_class_t driver_class() {
 }
 
 }  // namespace
+
+Overlay overlay_of(Descriptor file, const std::filesystem::path& path) {
+    Overlay overlay;
+    overlay.path = path;
+    overlay.committed = overlay.length = length_of(file);
+    overlay.file = std::move(file);
+    return overlay;
+}
+
+Overlay written_overlay(Descriptor locked, const std::filesystem::path& path) {
+    Overlay overlay = overlay_of(std::move(locked), path);
+    overlay.is_written = true;
+    overlay.end = overlay.length;
+    overlay.mark.head = head_of(overlay);
+    return overlay;
+}
+
+void find_run_id(Overlay& overlay, const std::string& run_id) {
+    constexpr std::uint64_t max_bytes = 1 << 20;  // attributes are written first
+    const std::size_t found = text_at(overlay, 0, std::min(max_bytes, overlay.committed)).find(run_id);
+    const bool is_found = found != std::string::npos;
+    overlay.mark.run_id = is_found ? run_id : "";
+    overlay.mark.offset = is_found ? found : 0;
+}
+
+void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes) {
+    read_disk(overlay, offset, bytes);
+    const std::uint64_t end = offset + bytes.size();
+    for (auto page = overlay.pages.lower_bound(offset - offset % page_bytes); page != overlay.pages.end(); ++page) {
+        if (page->first >= end) break;
+        const std::uint64_t from = std::max(offset, page->first), to = std::min(end, page->first + page_bytes);
+        std::memcpy(bytes.data() + (from - offset), page->second.data() + (from - page->first), to - from);
+    }
+}
+
+std::string text_at(const Overlay& overlay, std::uint64_t offset, std::size_t size) {
+    std::string found(size, '\0');
+    read_overlay(overlay, offset, std::as_writable_bytes(std::span(found)));
+    return found;
+}
+
+void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes) {
+    overlay.length = std::max(overlay.length, offset + bytes.size());
+    while (!bytes.empty()) {
+        const std::size_t within = static_cast<std::size_t>(offset % page_bytes);
+        const std::size_t size = std::min(page_bytes - within, bytes.size());
+        auto page = overlay.pages.find(offset - within);
+        if (page == overlay.pages.end()) {
+            std::array<std::byte, page_bytes> on_disk{};
+            if (size < page_bytes && offset - within < overlay.committed) read_disk(overlay, offset - within, on_disk);
+            page = overlay.pages.emplace(offset - within, on_disk).first;
+        }
+        std::memcpy(page->second.data() + within, bytes.data(), size);
+        offset += size;
+        bytes = bytes.subspan(size);
+    }
+}
+
+void commit_overlay(Overlay& overlay) {
+    if (overlay.is_stuck)
+        fail_environment("{}: an earlier commit is still in {}; restart the run to complete it", overlay.path.string(),
+                         journal_of(overlay.path).string());
+    throw_failure(overlay);
+    const Changes changes = changes_to_commit(overlay);
+    const bool needs_journal = overlay.committed > 0;
+    if (changes.fresh.empty() && changes.overwriting.patches.empty() && overlay.end == overlay.committed) return;
+
+    const std::vector<std::byte> journal = needs_journal ? encoded(changes.overwriting) : std::vector<std::byte>{};
+    const std::uint64_t growth = overlay.end - std::min(overlay.end, overlay.committed);
+    bool is_journal_complete = false;
+    try {
+        allocate(overlay.file, overlay.committed, overlay.end);
+        for (const Patch& patch : changes.fresh) write_at(overlay.file, patch.offset, patch.bytes);
+        sync(overlay.file);
+        require_whole(overlay, false);
+        if (needs_journal) {
+            write_journal(overlay.path, journal);
+            is_journal_complete = true;
+            const CommitLock alone(overlay.file, CommitLock::Side::commit, patience_with_readers);
+            require_whole(overlay, false);
+            apply(changes.overwriting, overlay.file);
+            require_whole(overlay, true);
+            remove_if_exists(journal_of(overlay.path));
+        }
+    } catch (const std::system_error& cause) {
+        overlay.is_stuck = is_journal_complete;
+        if (!is_journal_complete) release(overlay);
+        throw write_failure(overlay.path, cause, growth + journal.size(), consequence_of_failure(overlay));
+    }
+    overlay.committed = overlay.end;
+    overlay.pages.clear();
+    overlay.mark.head = changes.overwriting.head_after;
+    if (changes.overwriting.before.run_id != overlay.mark.run_id) find_run_id(overlay, overlay.mark.run_id);
+}
 
 Handle register_driver(const Hdf5Errors& errors) {
     const H5FD_class_t driver = driver_class();

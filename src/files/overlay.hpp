@@ -41,7 +41,9 @@ Overlay written_overlay(Descriptor locked, const std::filesystem::path& path);
 /// Looks for the run id, an attribute of the committed file.
 void find_run_id(Overlay& overlay, const std::string& run_id);
 
+/// Zeros beyond the end of the file.
 void read_overlay(const Overlay& overlay, std::uint64_t offset, std::span<std::byte> bytes);
+std::string text_at(const Overlay& overlay, std::uint64_t offset, std::size_t size);
 void write_overlay(Overlay& overlay, std::uint64_t offset, Bytes bytes);
 
 /// Makes the changes durable, all or none.  Flush HDF5 first.  Throws the run Error of write_failure, or of

@@ -15,15 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* ending = ".records";
 constexpr std::uint64_t records_magic = 0x31736c7274767264;  // "drvtrls1"
-constexpr std::size_t head_bytes = 2 * sizeof(std::uint64_t);
-constexpr std::string_view content_sign = "trials of\n";  // begins the record of the content, and no other
-
-/// The record without its checksum; nothing if the checksum is wrong.
-std::optional<std::string> decoded_record(Bytes bytes) {
-    const auto content = without_checksum(bytes);
-    if (!content) return std::nullopt;
-    return text_of(*content);
-}
+constexpr std::string_view content_sign = "trials of\n";     // begins the record of the content, and no other
 
 std::vector<std::byte> head_of(const RecordIdentity& identity) {
     ByteWriter to;
@@ -34,6 +26,25 @@ std::vector<std::byte> head_of(const RecordIdentity& identity) {
 [[noreturn]] void fail_reading(const fs::path& file, const std::system_error& cause) {
     throw access_failure(file, cause, "cannot be used",
                          "check the permissions of the folder, or choose another with --output");
+}
+
+/// Whether the folder holds nothing but texts that processes which start now are about to give this name.
+bool is_unused(const fs::path& folder, const std::string& beginning) {
+    return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
+                       [&](const auto& entry) { return entry.path().filename().string().starts_with(beginning); });
+}
+
+/// A new file that has all of its content when it has its name.  False where another process gives it the name first.
+bool appear(const fs::path& file, const fs::path& beside, const std::string& content) {
+    const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
+    Cleanup cleanup{beside};
+    write_at(open, 0, std::as_bytes(std::span(content)));
+    sync(open);
+    const bool is_first = link_to(open, beside, file);
+    remove_if_exists(beside);
+    cleanup.is_needed = false;
+    sync_folder_of(file);
+    return is_first;
 }
 }  // namespace
 
@@ -65,30 +76,29 @@ RecordContent records_in(Bytes bytes) {
     ByteReader reader{bytes};
     for (;;) {
         const auto length = reader.take<std::uint64_t>();
-        auto record = decoded_record(reader.take_bytes(length));
-        if (!reader.is_complete || !record) return content;
+        const auto bytes_of_record = without_checksum(reader.take_bytes(length));
+        if (!reader.is_complete || !bytes_of_record) return content;
         content.valid_bytes += sizeof length + length;
-        if (record->starts_with(content_sign)) content.of = record->substr(content_sign.size());
-        else content.records.push_back(std::move(*record));
+        std::string record = text_of(*bytes_of_record);
+        if (record.starts_with(content_sign)) content.of = record.substr(content_sign.size());
+        else content.records.push_back(std::move(record));
     }
 }
 
 RecordContent content_of(Bytes bytes, const RecordIdentity& identity, const std::string& file) {
-    const std::vector<std::byte> head = head_of(identity);
-    const std::size_t magic_bytes = std::min(bytes.size(), sizeof records_magic),
-                      found = std::min(bytes.size(), head_bytes);
-    require(std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(magic_bytes), head.begin()), {file},
+    const std::string head = text_of(head_of(identity)),
+                      found = text_of(bytes.first(std::min(bytes.size(), head.size())));
+    require(head.starts_with(found.substr(0, sizeof records_magic)), {file},
             "is not a file of records; expected one that drover wrote: put it back, or choose another folder with "
             "--output");
     RecordContent content;
-    if (found == head_bytes) {
-        content = records_in(bytes.subspan(head_bytes));
-        content.valid_bytes += head_bytes;
+    if (found.size() == head.size()) {
+        content = records_in(bytes.subspan(head.size()));
+        content.valid_bytes += head.size();
     }
     const std::string other = content.of.empty() ? "" : difference(content.of, identity.content);
-    const bool has_hash = std::equal(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(found), head.begin());
     require(
-        has_hash && other.empty(), {file},
+        head.starts_with(found) && other.empty(), {file},
         "holds the records of another scene or measurement{}; expected those that were written here: put them back, "
         "or choose another folder with --output",
         other.empty() ? "" : ": " + other);
@@ -158,27 +168,6 @@ void RecordFolder::sync() {
     }
     is_durable_ = true;
 }
-
-namespace {
-/// Whether the folder holds nothing but texts that processes which start now are about to give this name.
-bool is_unused(const fs::path& folder, const std::string& beginning) {
-    return std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),
-                       [&](const auto& entry) { return entry.path().filename().string().starts_with(beginning); });
-}
-
-/// A new file that has all of its content when it has its name.  False where another process gives it the name first.
-bool appear(const fs::path& file, const fs::path& beside, const std::string& content) {
-    const Descriptor open = open_file(beside, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW);
-    Cleanup cleanup{beside};
-    write_at(open, 0, std::as_bytes(std::span(content)));
-    sync(open);
-    const bool is_first = link_to(open, beside, file);
-    remove_if_exists(beside);
-    cleanup.is_needed = false;
-    sync_folder_of(file);
-    return is_first;
-}
-}  // namespace
 
 std::string join_folder(const fs::path& folder, const std::string& name, const std::string& factory,
                         const std::string& content) try {

@@ -29,6 +29,55 @@ auto uninterrupted(Call call) {
     return result;
 }
 
+struct stat stat_of(const Descriptor& open) {
+    struct stat status {};
+    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
+    return status;
+}
+
+FileState state_of(const struct stat& found) {
+    return {.device = found.st_dev,
+            .number = found.st_ino,
+            .length = static_cast<std::uint64_t>(found.st_size),
+            .seconds = found.st_mtim.tv_sec,
+            .nanoseconds = found.st_mtim.tv_nsec};
+}
+
+// Bytes beyond any file: the writer's lock takes those before commit_byte, and a CommitLock takes commit_byte.
+constexpr off_t commit_byte = off_t{1} << 62;
+
+struct flock range(short type, off_t begin, off_t length) {
+    return {.l_type = type, .l_whence = SEEK_SET, .l_start = begin, .l_len = length, .l_pid = 0};
+}
+
+bool is_without_locks(int error) {
+    return error == ENOLCK || error == EOPNOTSUPP || error == ENOSYS || error == EINVAL;
+}
+
+/// For a file system without locks: allowed, with a warning for each process, if the user says so.
+void require_leave_to_go_without_locks(int file, int error) {
+    const std::string name = std::filesystem::read_symlink(text("/proc/self/fd/{}", file)).string();
+    const std::string reason = std::generic_category().message(error);
+    const char* leave = std::getenv(no_locks_variable);
+    require(leave != nullptr && std::string_view(leave) == "1", {name},
+            "cannot be locked against a second drover process ({}); choose a folder on another file system, or set "
+            "{}=1 and let no other drover process use this folder meanwhile",
+            reason, no_locks_variable);
+    [[maybe_unused]] static const bool warned = [&] {
+        log_warning("{} is written without a lock ({}): let no other drover process use its folder meanwhile", name,
+                    reason);
+        return true;
+    }();
+}
+
+bool try_lock(int file, struct flock bytes) {
+    if (::fcntl(file, F_OFD_SETLK, &bytes) == 0) return true;
+    if (errno == EAGAIN || errno == EACCES) return false;
+    if (!is_without_locks(errno)) fail_call("lock", errno);
+    require_leave_to_go_without_locks(file, errno);
+    return true;
+}
+
 }  // namespace
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -150,22 +199,6 @@ void touch(const Descriptor& open) {
     if (::futimens(open.number(), nullptr) < 0) fail_call("setting the time", errno);
 }
 
-namespace {
-struct stat stat_of(const Descriptor& open) {
-    struct stat status {};
-    if (::fstat(open.number(), &status) < 0) fail_call("stat", errno);
-    return status;
-}
-
-FileState state_of(const struct stat& found) {
-    return {.device = found.st_dev,
-            .number = found.st_ino,
-            .length = static_cast<std::uint64_t>(found.st_size),
-            .seconds = found.st_mtim.tv_sec,
-            .nanoseconds = found.st_mtim.tv_nsec};
-}
-}  // namespace
-
 std::uint64_t length_of(const Descriptor& file) { return static_cast<std::uint64_t>(stat_of(file).st_size); }
 
 FileState state_of(const std::filesystem::path& file) {
@@ -215,50 +248,6 @@ std::optional<std::vector<std::byte>> read_file(const std::filesystem::path& fil
     bytes.resize(read_at(from, 0, bytes));
     return bytes;
 }
-
-namespace {
-
-// Bytes beyond any file: the writer's lock takes those before commit_byte, and a CommitLock takes commit_byte.
-constexpr off_t commit_byte = off_t{1} << 62;
-
-struct flock range(short type, off_t begin, off_t length) {
-    struct flock bytes {};
-    bytes.l_type = type;
-    bytes.l_whence = SEEK_SET;
-    bytes.l_start = begin;
-    bytes.l_len = length;
-    return bytes;
-}
-
-bool is_without_locks(int error) {
-    return error == ENOLCK || error == EOPNOTSUPP || error == ENOSYS || error == EINVAL;
-}
-
-/// For a file system without locks: allowed, with a warning for each process, if the user says so.
-void require_leave_to_go_without_locks(int file, int error) {
-    const std::string name = std::filesystem::read_symlink(text("/proc/self/fd/{}", file)).string();
-    const std::string reason = std::generic_category().message(error);
-    const char* leave = std::getenv(no_locks_variable);
-    require(leave != nullptr && std::string_view(leave) == "1", {name},
-            "cannot be locked against a second drover process ({}); choose a folder on another file system, or set "
-            "{}=1 and let no other drover process use this folder meanwhile",
-            reason, no_locks_variable);
-    [[maybe_unused]] static const bool warned = [&] {
-        log_warning("{} is written without a lock ({}): let no other drover process use its folder meanwhile", name,
-                    reason);
-        return true;
-    }();
-}
-
-bool try_lock(int file, struct flock bytes) {
-    if (::fcntl(file, F_OFD_SETLK, &bytes) == 0) return true;
-    if (errno == EAGAIN || errno == EACCES) return false;
-    if (!is_without_locks(errno)) fail_call("lock", errno);
-    require_leave_to_go_without_locks(file, errno);
-    return true;
-}
-
-}  // namespace
 
 bool lock_for_writing(const Descriptor& file) { return try_lock(file.number(), range(F_WRLCK, 0, commit_byte)); }
 

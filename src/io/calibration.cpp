@@ -24,11 +24,6 @@ std::string path_of(const files::ArchiveReader& archive, const std::string& name
     return (archive.has(old + bead_axis) ? old : "/") + name;
 }
 
-std::string axis_of(std::string key) {
-    std::ranges::replace(key, '.', '_');
-    return key;
-}
-
 std::vector<std::string> axes_of(const calibrate::Table& table, bool by_rods) {
     std::vector<std::string> axes;
     if (!table.varied_key.empty()) axes.push_back(axis_of(table.varied_key));
@@ -85,32 +80,7 @@ files::ResultTable results_of(const calibrate::Table& table) {
         results.axes.push_back({resample_axis, "1", "resample of the trials", resamples});
     return results;
 }
-}  // namespace
 
-void write_calibration(const std::filesystem::path& file, const calibrate::Table& table,
-                       std::vector<files::Attribute> attributes) {
-    calibrate::check(table, {.file = file.string()});
-    std::string names, remarks;
-    for (const calibrate::TableRow& row : table.rows) {
-        names += (names.empty() ? "" : " ") + row.name;
-        for (std::size_t i = 0; i < row.entries.size(); ++i)
-            if (std::string remark = row.entries[i].remark; !remark.empty()) {
-                std::ranges::replace(remark, '\n', ' ');
-                remarks += text("{}[{}]: {}\n", row.name, i, remark);
-            }
-    }
-    attributes.emplace_back(names_attribute, names);
-    attributes.emplace_back(varied_attribute, table.varied_key);
-    attributes.emplace_back(remarks_attribute, remarks);
-    files::write_archive(file, {}, attributes, [&](files::Archive& archive) { archive.replace(results_of(table)); });
-}
-
-bool is_calibration(const files::ArchiveReader& archive) {
-    const std::string axis = path_of(archive, bead_axis);
-    return archive.has(axis) && archive.shape(axis).size() == 1;
-}
-
-namespace {
 files::Array read_dataset(const files::ArchiveReader& archive, const SourceLocation& where, const std::string& name) {
     const std::string path = path_of(archive, name);
     require(archive.has(path), where, "{} is missing; expected a complete table written by drover calibrate", path);
@@ -193,6 +163,34 @@ void add_remark(const std::string& line, calibrate::Table& table) {
                 row.entries[i].remark = line.substr(close + 3);
 }
 }  // namespace
+
+std::string axis_of(std::string key) {
+    std::ranges::replace(key, '.', '_');
+    return key;
+}
+
+void write_calibration(const std::filesystem::path& file, const calibrate::Table& table,
+                       std::vector<files::Attribute> attributes) {
+    calibrate::check(table, {.file = file.string()});
+    std::string names, remarks;
+    for (const calibrate::TableRow& row : table.rows) {
+        names += (names.empty() ? "" : " ") + row.name;
+        for (std::size_t i = 0; i < row.entries.size(); ++i)
+            if (std::string remark = row.entries[i].remark; !remark.empty()) {
+                std::ranges::replace(remark, '\n', ' ');
+                remarks += text("{}[{}]: {}\n", row.name, i, remark);
+            }
+    }
+    attributes.emplace_back(names_attribute, names);
+    attributes.emplace_back(varied_attribute, table.varied_key);
+    attributes.emplace_back(remarks_attribute, remarks);
+    files::write_archive(file, {}, attributes, [&](files::Archive& archive) { archive.replace(results_of(table)); });
+}
+
+bool is_calibration(const files::ArchiveReader& archive) {
+    const std::string axis = path_of(archive, bead_axis);
+    return archive.has(axis) && archive.shape(axis).size() == 1;
+}
 
 calibrate::Table read_calibration(const files::ArchiveReader& archive, const std::filesystem::path& file) {
     const SourceLocation where{.file = file.string()};

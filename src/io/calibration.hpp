@@ -8,8 +8,11 @@
 
 namespace drover::io {
 
+/// What the axis of a key is called in files: with _ for its dot.
+std::string axis_of(std::string key);
+
 /// Writes HDF5 that obeys netCDF-4.  In the root group the axes bead_area_fraction and rod_area_fraction and, if a
-/// key is varied, that key with _ for its dot; for each coefficient x the datasets x (with unit and formula), x_error,
+/// key is varied, its own; for each coefficient x the datasets x (with unit and formula), x_error,
 /// x_trials and x_origin (a number of calibrate::Origin) and, of one with ranks, x_ranks.  Root attributes:
 /// `attributes`; `coefficients`, their names; `varied`; `remarks`, one per line, "drag[3]: ...", with the index in x.
 /// The same table and attributes give the same bytes.  Replaces an existing file atomically.  Throws a run Error when

@@ -38,6 +38,7 @@ struct DeclaredField {
     std::string reference = "0";
     std::string noise = "0";
     bool conserved_noise = false;
+    std::map<std::string, SourceLocation> places = {};  ///< of its keys; "" is the field itself
 
     static Rows<DeclaredField> rows();
 };
@@ -48,6 +49,7 @@ struct DeclaredNoise {
     FieldRank rank = FieldRank::scalar;
     int spin = -1;  ///< of any rank; -1: that of `rank`
     FieldParity parity = FieldParity::even;
+    SourceLocation where = {};
 
     static Rows<DeclaredNoise> rows();
 };
@@ -59,6 +61,7 @@ struct DeclaredTable {
     std::vector<double> first, second;
     std::vector<double> values;  ///< of each of `first`, for each of `second`, which is the faster one
     numerics::Outside outside = numerics::Outside::refuse;
+    SourceLocation where = {};
 
     static Rows<DeclaredTable> rows();
 };
@@ -71,11 +74,8 @@ struct DeclaredModel {
     /// Of stratonovich: that of model::Model, which follows from the grid of the scene.
     std::function<double(int x, int y)> noise_moment;
     std::vector<DeclaredField> fields;
-    std::vector<std::map<std::string, SourceLocation>> places;  ///< of the keys of each field; "" is the field itself
     std::vector<DeclaredNoise> noises;
-    std::vector<SourceLocation> noise_places;
     std::vector<DeclaredTable> tables;
-    std::vector<SourceLocation> table_places;
     std::map<std::string, model::Text> equations, definitions;
     std::map<std::string, double> coefficients;
 

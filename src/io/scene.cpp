@@ -96,10 +96,6 @@ bool is_of(SceneKind kind, const std::string& key) {
     return found == keys_of_kinds.end() || is_of(kind, found->kinds);
 }
 
-FormulasOf formulas_of(SceneKind kind) {
-    return kind == SceneKind::model ? FormulasOf::declared : FormulasOf::rod_bead;
-}
-
 std::string kinds_text(SectionOf kinds) {
     std::string result;
     for (const SceneKind kind : scene_kinds)
@@ -165,6 +161,71 @@ std::function<double(int x, int y)> noise_moment_of(const Scene& scene) {
     return [grid = scene.grid, degree](int x, int y) { return model::noise_moment(grid, degree, x, y); };
 }
 
+/// The chosen part of a scene, without its model.
+WrittenTables written_sections(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
+    WrittenTables tables;
+    for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
+        if (!is_of(scene.kind, belongs) || !is_chosen(name)) return;
+        tables.push_back(
+            {.name = name,
+             .values = name == initial_section ? initial_values(scene.initial, scene.kind) : values_of(part)});
+        for (const Description& row : found_keys(name, scene.found))
+            tables.back().values.emplace_back(row.name, row.default_value);
+        std::erase_if(tables.back().values, [&](const auto& value) {
+            const std::string whole = name + "." + value.first;
+            return !is_of(scene.kind, whole) || !is_chosen(whole);
+        });
+    });
+    return tables;
+}
+
+/// All of a scene.
+WrittenTables written_scene(const Scene& scene) {
+    WrittenTables tables;
+    if (scene.kind == SceneKind::fields) tables = written_model(scene.model);
+    if (scene.kind == SceneKind::model) tables = written_model(scene.declared);
+    // Without a step the run chooses its method too, unless the scene gives one.
+    const bool is_method_open = has_grid(scene.kind) && scene.time.dt == 0.0 && !scene.places.contains("time.stepper");
+    std::ranges::move(written_sections(scene,
+                                       [&](const auto& key) { return !(is_method_open && key == "time.stepper"); }),
+                      std::back_inserter(tables));
+    return tables;
+}
+
+/// As TOML, with the parameters of terms in the terms that have them.
+std::string text_of(const WrittenTables& tables, const std::map<std::string, double>& parameters = {}) {
+    std::string result;
+    for (const auto& [name, values] : tables) {
+        if (name == parameter_table) continue;
+        const std::size_t number = name.find('[');  // of an item of a list
+        result += result.empty() ? "" : "\n";
+        result += number == std::string::npos ? "[" + name + "]\n" : "[[" + name.substr(0, number) + "]]\n";
+        for (const auto& [key, value] : values) {
+            if (key != parameter_names) {
+                result += key + " = " + toml_text(value) + "\n";
+                continue;
+            }
+            const auto written = [&](const std::string& one) { return one + " = " + toml_text(parameters.at(one)); };
+            const auto& names = std::get<std::vector<std::string>>(value);
+            result += "parameters = { " + joined(mapped(names, written)) + " }\n";
+        }
+    }
+    return result;
+}
+
+/// Without the factors [p]: "mm^2/s" of "[p]^2 mm^2/s", "mm/s" of "mm/s/[p]", "1/s" of "[p]/s".
+std::string without_order(std::string unit) {
+    for (std::size_t at = unit.find("[p]"); at != std::string::npos; at = unit.find("[p]")) {
+        std::size_t end = at + 3;
+        if (end < unit.size() && unit[end] == '^') end = std::min(unit.find_first_of(" /", end), unit.size());
+        const bool divides = at > 0 && unit[at - 1] == '/', multiplies = end < unit.size() && unit[end] == ' ';
+        if (divides) unit.erase(at - 1, end - at + 1);
+        else if (multiplies) unit.erase(at, end - at + 1);
+        else unit.replace(at, end - at, "1");
+    }
+    return unit;
+}
+
 }  // namespace
 
 Found found_in(const LocatedTables& tables) {
@@ -200,14 +261,7 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     if (scene.kind == SceneKind::fields) read_model(tables, scene.model, scene.places);
     if (scene.kind == SceneKind::model) read_declared(tables, scene.declared, scene.places);
     scene.initial = default_start(scene.kind);
-    if (const auto table = tables.find(initial_section); table != tables.end()) {
-        const std::vector<std::string> components =
-            scene.kind == SceneKind::model ? component_names(scene.declared) : std::vector<std::string>();
-        const LocatedTable formulas =
-            take_formulas(table->second, scene.kind == SceneKind::model ? &components : nullptr, scene.places);
-        for (const auto& [component, formula] : texts_of(formulas, initial_section))
-            if (!formula.text.empty()) scene.initial.formulas.emplace(component, formula);
-    }
+    if (const auto table = tables.find(initial_section); table != tables.end()) take_formulas(table->second, scene);
     for_sections(scene, [&](SectionOf, const std::string& name, const char*, auto& part) {
         sections.push_back(name);
         const auto table = tables.find(name);
@@ -282,65 +336,9 @@ void require_grid(const Scene& scene, const std::string& command) {
             "this is a scene of {}; drover {} needs a scene of fields: see drover explain", words(scene.kind), command);
 }
 
-model::Start default_start(SceneKind kind) { return start_without_keys(formulas_of(kind)); }
-
 int kept_degree(const Scene& scene, const model::Equations& equations) {
     return numerics::kept_degree(std::max(equations.degree(), scene.dealiasing.degree), scene.dealiasing.rule);
 }
-
-namespace {
-/// The chosen part of a scene, without its model.
-WrittenTables written_sections(const Scene& scene, const std::function<bool(const std::string&)>& is_chosen) {
-    WrittenTables tables;
-    for_sections(scene, [&](SectionOf belongs, const std::string& name, const char*, const auto& part) {
-        if (!is_of(scene.kind, belongs) || !is_chosen(name)) return;
-        tables.push_back({.name = name,
-                          .values = name == initial_section ? initial_values(scene.initial, formulas_of(scene.kind))
-                                                            : values_of(part)});
-        for (const Description& row : found_keys(name, scene.found))
-            tables.back().values.emplace_back(row.name, row.default_value);
-        std::erase_if(tables.back().values, [&](const auto& value) {
-            const std::string whole = name + "." + value.first;
-            return !is_of(scene.kind, whole) || !is_chosen(whole);
-        });
-    });
-    return tables;
-}
-
-/// All of a scene.
-WrittenTables written_scene(const Scene& scene) {
-    WrittenTables tables;
-    if (scene.kind == SceneKind::fields) tables = written_model(scene.model);
-    if (scene.kind == SceneKind::model) tables = written_model(scene.declared);
-    // Without a step the run chooses its method too, unless the scene gives one.
-    const bool is_method_open = has_grid(scene.kind) && scene.time.dt == 0.0 && !scene.places.contains("time.stepper");
-    std::ranges::move(written_sections(scene,
-                                       [&](const auto& key) { return !(is_method_open && key == "time.stepper"); }),
-                      std::back_inserter(tables));
-    return tables;
-}
-
-/// As TOML, with the parameters of terms in the terms that have them.
-std::string text_of(const WrittenTables& tables, const std::map<std::string, double>& parameters = {}) {
-    std::string result;
-    for (const auto& [name, values] : tables) {
-        if (name == parameter_table) continue;
-        const std::size_t number = name.find('[');  // of an item of a list
-        result += result.empty() ? "" : "\n";
-        result += number == std::string::npos ? "[" + name + "]\n" : "[[" + name.substr(0, number) + "]]\n";
-        for (const auto& [key, value] : values) {
-            if (key != parameter_names) {
-                result += key + " = " + toml_text(value) + "\n";
-                continue;
-            }
-            const auto written = [&](const std::string& one) { return one + " = " + toml_text(parameters.at(one)); };
-            const auto& names = std::get<std::vector<std::string>>(value);
-            result += "parameters = { " + joined(mapped(names, written)) + " }\n";
-        }
-    }
-    return result;
-}
-}  // namespace
 
 LocatedTables tables_of(const Scene& scene) {
     LocatedTables tables;
@@ -381,7 +379,7 @@ std::vector<SectionDescription> scene_schema(const physics::ModelFile& file) {
         for (const SceneKind kind : scene_kinds)
             if (belongs != all && is_of(kind, belongs)) kinds.push_back(kind);
         std::vector<Description> rows = descriptions<std::remove_cvref_t<decltype(part)>>();
-        if (name == initial_section) rows = initial_rows(FormulasOf::rod_bead);
+        if (name == initial_section) rows = initial_rows(SceneKind::fields);
         std::ranges::move(found_keys(name), std::back_inserter(rows));
         sections.push_back({name, doc, std::move(rows), kinds});
     });
@@ -394,7 +392,7 @@ std::vector<SectionDescription> scene_schema(SceneKind kind) {
         if (!section.kinds.empty() && std::ranges::find(section.kinds, kind) == section.kinds.end()) continue;
         std::erase_if(section.rows,
                       [&](const Description& row) { return !is_of(kind, section.name + "." + row.name); });
-        if (section.name == initial_section) section.rows = initial_rows(formulas_of(kind));
+        if (section.name == initial_section) section.rows = initial_rows(kind);
         for (Description& row : section.rows)
             if (kind == SceneKind::particles && section.name == "time" && row.name == "dt")
                 row.default_value = dt_of_particles;
@@ -409,21 +407,6 @@ std::string unit_of(SceneKind kind, const std::string& key) {
             if (section.name + "." + row.name == key && !row.unit.empty()) return row.unit;
     return "1";
 }
-
-namespace {
-/// Without the factors [p]: "mm^2/s" of "[p]^2 mm^2/s", "mm/s" of "mm/s/[p]", "1/s" of "[p]/s".
-std::string without_order(std::string unit) {
-    for (std::size_t at = unit.find("[p]"); at != std::string::npos; at = unit.find("[p]")) {
-        std::size_t end = at + 3;
-        if (end < unit.size() && unit[end] == '^') end = std::min(unit.find_first_of(" /", end), unit.size());
-        const bool divides = at > 0 && unit[at - 1] == '/', multiplies = end < unit.size() && unit[end] == ' ';
-        if (divides) unit.erase(at - 1, end - at + 1);
-        else if (multiplies) unit.erase(at, end - at + 1);
-        else unit.replace(at, end - at, "1");
-    }
-    return unit;
-}
-}  // namespace
 
 std::string unit_in_results(const Scene& scene, const std::string& unit) {
     if (scene.kind != SceneKind::fields) return renamed(unit, scene.units);

@@ -20,54 +20,7 @@ namespace {
 bool is_whole(double duration, double dt) {
     return std::abs(std::round(duration / dt) * dt - duration) <= 1e-6 * dt + 1e-12 * duration;
 }
-}  // namespace
 
-bool has_noise(const Scene& scene) {
-    if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model);
-    if (scene.kind != SceneKind::model) return false;
-    const model::Model model = model_of(scene.declared);
-    return std::ranges::any_of(model.fields, [](const auto& field) { return field.noise != 0.0; }) ||
-           (!model.noises.empty() && model::Equations(model).has_noise());
-}
-
-std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
-    const double dt = scene.time.dt, steps = std::round(duration / dt);
-    constexpr double max_steps = 1e15;
-    require(steps <= max_steps, locate(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
-            key, duration, steps, dt, max_steps);
-    require(is_whole(duration, dt), locate(scene, key),
-            "{} = {} is not a whole number of steps of time.dt = {}; choose {}{}", key, duration, dt,
-            duration < dt ? "" : text("{:.10g} or ", std::floor(duration / dt) * dt),
-            text("{:.10g}", std::ceil(duration / dt) * dt));
-    return static_cast<std::int64_t>(steps);
-}
-
-double whole_interval(const Scene& scene, const std::string& key, double duration) {
-    return static_cast<double>(whole_steps(scene, key, duration)) * scene.time.dt;
-}
-
-double longest_step(const Scene& scene) {
-    std::vector<double> durations{scene.time.end};
-    for (const double every : {scene.output.frame_every, scene.output.sample_every})
-        if (every > 0.0) durations.push_back(every);
-    const double shortest = *std::ranges::min_element(durations);
-    constexpr int max_parts = 1000;  // with more, any three durations have a step
-    for (int parts = 1; parts <= max_parts; ++parts) {
-        const double step = shortest / parts;
-        if (std::ranges::all_of(durations, [&](double duration) { return is_whole(duration, step); })) return step;
-    }
-    fail_input(locate(scene, "time.end"),
-               "time.end = {}, output.frame_every = {} and output.sample_every = {} are not whole numbers of any step "
-               "down to {:.3g} s; choose durations with a common divisor, or give time.dt",
-               scene.time.end, scene.output.frame_every, scene.output.sample_every, shortest / max_parts);
-}
-
-Scene with_step(Scene scene) {
-    if (scene.time.dt == 0.0) scene.time.dt = longest_step(scene);
-    return scene;
-}
-
-namespace {
 void check_time_method(const Scene& scene, bool has_noise, const Locate& locate) {
     const numerics::TimeMethod& method = numerics::time_method(scene.time.stepper);
     require(scene.time.tolerance == 0.0 || method.start.empty(), locate("time.tolerance"),
@@ -121,7 +74,7 @@ void check_fields(const Scene& scene, const Locate& locate) {
     check_dealiasing(scene.dealiasing, scene.grid, locate);
     const model::Equations equations = rod_bead.solver();
     check_min_memory(scene, equations.state_components().size(), locate);
-    check_unread(scene.initial, FormulasOf::rod_bead, locate);
+    check_unread(scene.initial, scene.kind, locate);
     check_noise_of_start(scene.initial, equations, locate);
     model::check(scene.initial, equations, scene.grid, physics::kept_degree(rod_bead, scene.dealiasing), locate);
     check_time_method(scene, physics::has_noise(scene.model), locate);
@@ -137,7 +90,7 @@ void check_declared(const Scene& scene, const Locate& locate) {
     check_dealiasing(scene.dealiasing, scene.grid, locate);
     const model::Equations equations(model_of(scene.declared));
     check_min_memory(scene, equations.state_components().size(), locate);
-    check_unread(scene.initial, FormulasOf::declared, locate);
+    check_unread(scene.initial, scene.kind, locate);
     model::check(scene.initial, equations, scene.grid, kept_degree(scene, equations), locate);
     check_time_method(scene, equations.has_noise(), locate);
     require(
@@ -198,6 +151,51 @@ void check_values(const Scene& scene, const Locate& locate) {
             "analysis.warm_up = {}; expected -1 (found from the series) or >= 0", scene.analysis.warm_up);
 }
 }  // namespace
+
+bool has_noise(const Scene& scene) {
+    if (scene.kind == SceneKind::fields) return physics::has_noise(scene.model);
+    if (scene.kind != SceneKind::model) return false;
+    const model::Model model = model_of(scene.declared);
+    return std::ranges::any_of(model.fields, [](const auto& field) { return field.noise != 0.0; }) ||
+           (!model.noises.empty() && model::Equations(model).has_noise());
+}
+
+std::int64_t whole_steps(const Scene& scene, const std::string& key, double duration) {
+    const double dt = scene.time.dt, steps = std::round(duration / dt);
+    constexpr double max_steps = 1e15;
+    require(steps <= max_steps, locate(scene, key), "{} = {} is {:.3g} steps of time.dt = {}; expected at most {:.0e}",
+            key, duration, steps, dt, max_steps);
+    require(is_whole(duration, dt), locate(scene, key),
+            "{} = {} is not a whole number of steps of time.dt = {}; choose {}{}", key, duration, dt,
+            duration < dt ? "" : text("{:.10g} or ", std::floor(duration / dt) * dt),
+            text("{:.10g}", std::ceil(duration / dt) * dt));
+    return static_cast<std::int64_t>(steps);
+}
+
+double whole_interval(const Scene& scene, const std::string& key, double duration) {
+    return static_cast<double>(whole_steps(scene, key, duration)) * scene.time.dt;
+}
+
+double longest_step(const Scene& scene) {
+    std::vector<double> durations{scene.time.end};
+    for (const double every : {scene.output.frame_every, scene.output.sample_every})
+        if (every > 0.0) durations.push_back(every);
+    const double shortest = *std::ranges::min_element(durations);
+    constexpr int max_parts = 1000;  // with more, any three durations have a step
+    for (int parts = 1; parts <= max_parts; ++parts) {
+        const double step = shortest / parts;
+        if (std::ranges::all_of(durations, [&](double duration) { return is_whole(duration, step); })) return step;
+    }
+    fail_input(locate(scene, "time.end"),
+               "time.end = {}, output.frame_every = {} and output.sample_every = {} are not whole numbers of any step "
+               "down to {:.3g} s; choose durations with a common divisor, or give time.dt",
+               scene.time.end, scene.output.frame_every, scene.output.sample_every, shortest / max_parts);
+}
+
+Scene with_step(Scene scene) {
+    if (scene.time.dt == 0.0) scene.time.dt = longest_step(scene);
+    return scene;
+}
 
 void check(const Scene& scene) {
     const Locate locate = [&](const std::string& key) { return io::locate(scene, key); };

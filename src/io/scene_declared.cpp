@@ -37,8 +37,8 @@ std::map<std::string, model::Text> texts_of_section(const LocatedTables& tables,
 
 void read_field(const LocatedTable& table, const std::string& section, DeclaredModel& model) {
     LocatedTable with_texts = table;
-    DeclaredField field;
-    std::map<std::string, SourceLocation> places{{"", table.where}};
+    DeclaredField& field = model.fields.emplace_back();
+    field.places.emplace("", table.where);
     for (auto& [key, found] : with_texts.values) {
         require(key != "equation" && key != "equations", found.where,
                 "unknown key {}.{}; expected the equation below [equations], by the symbol of the field, as phi = "
@@ -46,18 +46,15 @@ void read_field(const LocatedTable& table, const std::string& section, DeclaredM
                 section, key);
         if (is_formula_key(key) && !std::holds_alternative<std::string>(found.value))
             found.value = toml_text(found.value);
-        places.emplace(key, text_place(found));
+        field.places.emplace(key, text_place(found));
     }
     read_table(with_texts, section, field);
     require(!field.symbol.empty(), table.where, "{} has no symbol; expected one, such as symbol = \"phi\"", section);
-    model.fields.push_back(std::move(field));
-    model.places.push_back(std::move(places));
 }
 
-SourceLocation place_of(const DeclaredModel& declared, std::size_t field, const std::string& key) {
-    const auto& places = declared.places[field];
-    const auto found = places.find(key);
-    return found == places.end() ? places.at("") : found->second;
+SourceLocation place_of(const DeclaredField& field, const std::string& key) {
+    const auto found = field.places.find(key);
+    return found == field.places.end() ? field.places.at("") : found->second;
 }
 
 double number_of(const std::string& written, const DeclaredModel& declared, const SourceLocation& where) {
@@ -70,14 +67,12 @@ double number_of(const std::string& written, const DeclaredModel& declared, cons
 
 int spin_of_rank(FieldRank rank) { return rank == FieldRank::complex ? 0 : static_cast<int>(rank); }
 
-int spin_of_field(const DeclaredModel& declared, std::size_t n) {
-    const DeclaredField& field = declared.fields[n];
+int spin_of_field(const DeclaredField& field) {
     const int rank = spin_of_rank(field.rank);
-    require(field.spin < 0 || !is_complex(field), place_of(declared, n, "spin"),
+    require(field.spin < 0 || !is_complex(field), place_of(field, "spin"),
             "{} has rank = \"complex\" and spin = {}; expected no spin: it does not turn", field.symbol, field.spin);
-    require(field.spin < 0 || declared.places[n].count("rank") == 0 || field.spin == rank,
-            place_of(declared, n, "spin"), "{} has rank = \"{}\" and spin = {}; expected one of them", field.symbol,
-            field.rank, field.spin);
+    require(field.spin < 0 || !field.places.contains("rank") || field.spin == rank, place_of(field, "spin"),
+            "{} has rank = \"{}\" and spin = {}; expected one of them", field.symbol, field.rank, field.spin);
     return field.spin >= 0 ? field.spin : rank;
 }
 
@@ -91,10 +86,10 @@ void check_equations(const DeclaredModel& declared) {
                               symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
                                               : text("expected one of {}", joined(symbols))));
     }
-    for (std::size_t n = 0; n < symbols.size(); ++n)
-        require(declared.equations.contains(symbols[n]), place_of(declared, n, "symbol"),
-                "{} has no equation; expected {} = \"...\" in [equations], or \"\" for a field that does not change",
-                symbols[n], symbols[n]);
+    for (const DeclaredField& field : declared.fields)
+        require(declared.equations.contains(field.symbol), place_of(field, "symbol"),
+                "{0} has no equation; expected {0} = \"...\" in [equations], or \"\" for a field that does not change",
+                field.symbol);
 }
 
 /// Components are datasets of an archive, beside its own, and keys of [initial].
@@ -104,14 +99,101 @@ void check_dataset_names(const model::Model& model, const DeclaredModel& declare
     std::size_t n = 0;
     for (std::size_t k = 0; k < model.fields.size(); n += model.fields[k++].part != model::Part::real)
         for (const std::string& name : model::dataset_names(model.fields[k])) {
-            require(std::ranges::find(taken, name) == taken.end(), place_of(declared, n, "name"),
+            require(std::ranges::find(taken, name) == taken.end(), place_of(declared.fields[n], "name"),
                     "{} would be {} in archives, which is the name of something else there; expected another name",
                     model.fields[k].symbol, name);
-            require(std::ranges::find(keys, name) == keys.end(), place_of(declared, n, "name"),
+            require(std::ranges::find(keys, name) == keys.end(), place_of(declared.fields[n], "name"),
                     "{} would start as initial.{}, which is another key; expected another name", model.fields[k].symbol,
                     name);
             taken.push_back(name);
         }
+}
+
+/// A complex field is two scalars, of which its symbol is a definition; its equation belongs to both.
+void add_complex(model::Field field, model::Model& result) {
+    const std::string symbol = field.symbol, name = field.name;
+    result.definitions.push_back({symbol, {text("{}_re + i {}_im", symbol, symbol), field.where}});
+    for (const char* function : {"re", "im", "conj"}) result.functions[function] = {};
+    const double reference = field.reference;
+    for (const auto& [end, part] : {std::pair{"_re", model::Part::real}, std::pair{"_im", model::Part::imaginary}}) {
+        field.symbol = symbol + end;
+        field.name = name + end;
+        field.part = part;
+        field.reference = part == model::Part::real ? reference : 0.0;
+        result.fields.push_back(field);
+    }
+}
+
+/// The value of a table at points of a run, where a refusal names the place; in one uniform state, which theory may
+/// only try, it is NaN.
+model::GivenFunction function_of(const DeclaredTable& declared) {
+    const std::vector<double> second = declared.second.empty() ? std::vector<double>{0.0} : declared.second;
+    const auto table = [&] {
+        try {
+            return std::make_shared<const numerics::SplineTable>(declared.first, second, declared.values,
+                                                                 declared.outside);
+        } catch (const Error& error) {
+            fail_input(declared.where, "{}: {}", declared.symbol, error.message());
+        }
+    }();
+    const auto at = [table, declared](std::span<const double> place, bool is_of_run) {
+        const numerics::TableValue found = table->at(place[0], place.size() > 1 ? place[1] : 0.0);
+        if (!is_of_run || std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
+        for (std::size_t k = 0; k < place.size(); ++k) {
+            const std::vector<double>& nodes = k == 0 ? declared.first : declared.second;
+            if (place[k] >= nodes.front() && place[k] <= nodes.back()) continue;
+            throw Error(Fault::run, declared.where,
+                        text("the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside "
+                             "= \"hold\"",
+                             declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back()));
+        }
+        return found;
+    };
+    const int arguments = static_cast<int>(declared.of.size());
+    return {.arguments = arguments,
+            .has_finite_degree = false,
+            .values =
+                [at](std::size_t size, std::span<const model::PointArgument> given, std::span<double* const> out) {
+                    std::array<double, 2> place{};
+                    for (std::size_t i = 0; i < size; ++i) {
+                        for (std::size_t a = 0; a < given.size(); ++a)
+                            place[a] = given[a].values != nullptr ? given[a].values[i] : given[a].number;
+                        out[0][i] = at(std::span(place).first(given.size()), size > 1).value;
+                    }
+                },
+            .slopes =
+                [at](std::span<const double> place) {
+                    const numerics::TableValue found = at(place, false);
+                    std::vector<double> slopes{found.by_first, found.by_second};
+                    slopes.resize(place.size());
+                    return slopes;
+                }};
+}
+
+/// A table is a function, and its symbol is a definition of its value.
+void add_table(const DeclaredTable& table, model::Model& result) {
+    const SourceLocation& where = table.where;
+    require(!table.symbol.empty(), where, "[[tabulated]] has no symbol; expected one, such as symbol = \"a\"");
+    require(table.of.size() == 1 || table.of.size() == 2, where,
+            "{} is a table of {} scalars; expected of = [\"rho\"] or of = [\"rho\", \"sigma\"]", table.symbol,
+            table.of.size());
+    require((table.of.size() == 2) == !table.second.empty(), where,
+            "{} is a table of {} and has {} numbers in `second`; expected {}", table.symbol, joined(table.of),
+            table.second.size(), table.of.size() == 2 ? "the values of the second one" : "none");
+    require(table.first.size() != 1 && table.second.size() != 1, where,
+            "{} is a table with one number along an axis; expected two or more: without a slope it is a coefficient",
+            table.symbol);
+    const std::string function = "tabulated_" + table.symbol;
+    result.functions[function] = function_of(table);
+    result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}, true});
+}
+
+/// Of a field or a noise, with its rank or its spin.
+template <class Declared>
+WrittenTable written_item(const char* list, std::size_t number, const Declared& one) {
+    WrittenTable table{.name = text("{}[{}]", list, number), .values = values_of(one)};
+    std::erase_if(table.values, [&](const auto& value) { return value.first == (one.spin >= 0 ? "rank" : "spin"); });
+    return table;
 }
 }  // namespace
 
@@ -147,11 +229,11 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
         read_table(table, section, model.noises.emplace_back());
         require(!model.noises.back().symbol.empty(), table.where,
                 "{} has no symbol; expected one, such as symbol = \"xi\"", section);
-        model.noise_places.push_back(table.where);
+        model.noises.back().where = table.where;
     });
     for_list(tables, "tabulated", [&](const LocatedTable& table, const std::string& section) {
         read_table(table, section, model.tables.emplace_back());
-        model.table_places.push_back(table.where);
+        model.tables.back().where = table.where;
     });
     model.equations = texts_of_section(tables, "equations");
     model.definitions = texts_of_section(tables, "define");
@@ -165,146 +247,52 @@ void read_declared(const LocatedTables& tables, DeclaredModel& model, std::map<s
 
 std::vector<std::string> component_names(const DeclaredModel& model) {
     std::vector<std::string> components;
-    for (std::size_t n = 0; n < model.fields.size(); ++n) {
-        model::Field field{.symbol = model.fields[n].symbol, .spin = spin_of_field(model, n)};
-        field.name = model.fields[n].name.empty() ? field.symbol : model.fields[n].name;
+    for (const DeclaredField& declared : model.fields) {
+        model::Field field{.symbol = declared.symbol, .spin = spin_of_field(declared)};
+        field.name = declared.name.empty() ? field.symbol : declared.name;
         std::vector<std::string> names = model::dataset_names(field);
-        if (is_complex(model.fields[n])) names = {field.name + "_re", field.name + "_im"};
+        if (is_complex(declared)) names = {field.name + "_re", field.name + "_im"};
         components.insert(components.end(), names.begin(), names.end());
     }
     return components;
 }
 
-namespace {
-/// A complex field is two scalars, of which its symbol is a definition; its equation belongs to both.
-void add_complex(model::Field field, model::Model& result) {
-    const std::string symbol = field.symbol, name = field.name;
-    result.definitions.push_back({symbol, {text("{}_re + i {}_im", symbol, symbol), field.where}});
-    for (const char* function : {"re", "im", "conj"}) result.functions[function] = {};
-    const double reference = field.reference;
-    for (const auto& [end, part] : {std::pair{"_re", model::Part::real}, std::pair{"_im", model::Part::imaginary}}) {
-        field.symbol = symbol + end;
-        field.name = name + end;
-        field.part = part;
-        field.reference = part == model::Part::real ? reference : 0.0;
-        result.fields.push_back(field);
-    }
-}
-
-/// The value of a table at points of a run, where a refusal names the place; in one uniform state, which theory may
-/// only try, it is NaN.
-model::GivenFunction function_of(const DeclaredTable& declared, const SourceLocation& where) {
-    const std::vector<double> second = declared.second.empty() ? std::vector<double>{0.0} : declared.second;
-    const auto table = [&] {
-        try {
-            return std::make_shared<const numerics::SplineTable>(declared.first, second, declared.values,
-                                                                 declared.outside);
-        } catch (const Error& error) {
-            fail_input(where, "{}: {}", declared.symbol, error.message());
-        }
-    }();
-    const auto at = [table, declared, where](std::span<const double> place, bool is_of_run) {
-        const numerics::TableValue found = table->at(place[0], place.size() > 1 ? place[1] : 0.0);
-        if (!is_of_run || std::isfinite(found.value) || !std::isfinite(place[0] + place.back())) return found;
-        for (std::size_t k = 0; k < place.size(); ++k) {
-            const std::vector<double>& nodes = k == 0 ? declared.first : declared.second;
-            if (place[k] >= nodes.front() && place[k] <= nodes.back()) continue;
-            throw Error(Fault::run, where,
-                        text("the table {} is read at {} = {:.6g}; expected {} to {}: give a wider table, or outside "
-                             "= \"hold\"",
-                             declared.symbol, declared.of[k], place[k], nodes.front(), nodes.back()));
-        }
-        return found;
-    };
-    const int arguments = static_cast<int>(declared.of.size());
-    return {.arguments = arguments,
-            .has_finite_degree = false,
-            .values =
-                [at](std::size_t size, std::span<const model::PointArgument> given, std::span<double* const> out) {
-                    std::array<double, 2> place{};
-                    for (std::size_t i = 0; i < size; ++i) {
-                        for (std::size_t a = 0; a < given.size(); ++a)
-                            place[a] = given[a].values != nullptr ? given[a].values[i] : given[a].number;
-                        out[0][i] = at(std::span(place).first(given.size()), size > 1).value;
-                    }
-                },
-            .slopes =
-                [at](std::span<const double> place) {
-                    const numerics::TableValue found = at(place, false);
-                    std::vector<double> slopes{found.by_first, found.by_second};
-                    slopes.resize(place.size());
-                    return slopes;
-                }};
-}
-
-/// A table is a function, and its symbol is a definition of its value.
-void add_table(const DeclaredTable& table, const SourceLocation& where, model::Model& result) {
-    require(!table.symbol.empty(), where, "[[tabulated]] has no symbol; expected one, such as symbol = \"a\"");
-    require(table.of.size() == 1 || table.of.size() == 2, where,
-            "{} is a table of {} scalars; expected of = [\"rho\"] or of = [\"rho\", \"sigma\"]", table.symbol,
-            table.of.size());
-    require((table.of.size() == 2) == !table.second.empty(), where,
-            "{} is a table of {} and has {} numbers in `second`; expected {}", table.symbol, joined(table.of),
-            table.second.size(), table.of.size() == 2 ? "the values of the second one" : "none");
-    require(table.first.size() != 1 && table.second.size() != 1, where,
-            "{} is a table with one number along an axis; expected two or more: without a slope it is a coefficient",
-            table.symbol);
-    const std::string function = "tabulated_" + table.symbol;
-    result.functions[function] = function_of(table, where);
-    result.definitions.push_back({table.symbol, {text("{}({})", function, joined(table.of)), where}, true});
-}
-}  // namespace
-
 model::Model model_of(const DeclaredModel& declared) {
     model::Model result{.coefficients = declared.coefficients,
                         .chiral = declared.chiral,
                         .noise_moment = declared.noise_moment};
-    for (std::size_t n = 0; n < declared.fields.size(); ++n) {
-        const DeclaredField& given = declared.fields[n];
+    for (const DeclaredField& given : declared.fields) {
         model::Field field{.name = given.name.empty() ? given.symbol : given.name,
                            .symbol = given.symbol,
-                           .spin = spin_of_field(declared, n),
+                           .spin = spin_of_field(given),
                            .odd = given.parity == FieldParity::odd,
                            .unit = given.unit,
                            .meaning = given.meaning,
                            .left = given.balance ? model::LeftSide::balance : model::LeftSide::rate,
-                           .mass = {given.mass, place_of(declared, n, "mass")},
+                           .mass = {given.mass, place_of(given, "mass")},
                            .conserved = given.conserved,
                            .solenoidal = given.solenoidal,
-                           .reference = number_of(given.reference, declared, place_of(declared, n, "reference")),
-                           .noise = number_of(given.noise, declared, place_of(declared, n, "noise")),
+                           .reference = number_of(given.reference, declared, place_of(given, "reference")),
+                           .noise = number_of(given.noise, declared, place_of(given, "noise")),
                            .noise_conserves = given.conserved_noise,
                            .observed = {.energy = given.energy, .mass_unit = given.mass_unit},
-                           .where = place_of(declared, n, "")};
+                           .where = place_of(given, "")};
         if (const auto equation = declared.equations.find(given.symbol); equation != declared.equations.end())
             field.equation = equation->second;
         if (is_complex(given)) add_complex(std::move(field), result);
         else result.fields.push_back(std::move(field));
     }
-    for (std::size_t n = 0; n < declared.noises.size(); ++n) {
-        const DeclaredNoise& noise = declared.noises[n];
+    for (const DeclaredNoise& noise : declared.noises)
         result.noises.push_back({.symbol = noise.symbol,
                                  .spin = noise.spin >= 0 ? noise.spin : spin_of_rank(noise.rank),
                                  .odd = noise.parity == FieldParity::odd,
-                                 .where = declared.noise_places[n]});
-    }
-    for (std::size_t n = 0; n < declared.tables.size(); ++n)
-        add_table(declared.tables[n], declared.table_places[n], result);
+                                 .where = noise.where});
+    for (const DeclaredTable& table : declared.tables) add_table(table, result);
     check_equations(declared);
     check_dataset_names(result, declared);
     for (const auto& [name, value] : declared.definitions) result.definitions.push_back({name, value});
     return result;
 }
-
-namespace {
-/// Of a field or a noise, with its rank or its spin.
-template <class Declared>
-WrittenTable written_item(const char* list, std::size_t number, const Declared& one) {
-    WrittenTable table{.name = text("{}[{}]", list, number), .values = values_of(one)};
-    std::erase_if(table.values, [&](const auto& value) { return value.first == (one.spin >= 0 ? "rank" : "spin"); });
-    return table;
-}
-}  // namespace
 
 WrittenTables written_model(const DeclaredModel& model) {
     WrittenTables tables{{.name = "model", .values = values_of(model)}};

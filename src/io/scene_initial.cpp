@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/unread_keys.hpp"
+#include "io/scene.hpp"
 #include "io/scene_parts.hpp"
 #include "physics/model_file.hpp"
 
@@ -45,27 +46,27 @@ std::vector<Description> formula_rows() {
 constexpr const char* before_formulas = "phase";
 }  // namespace
 
-model::Start start_without_keys(FormulasOf of) {
+model::Start default_start(SceneKind kind) {
     model::Start start;
     for (const physics::FieldRow& row : physics::shipped_model().fields)
-        if (of == FormulasOf::rod_bead && row.perturbed) start.component = model::dataset_names(row.as_field()).front();
+        if (kind != SceneKind::model && row.perturbed) start.component = model::dataset_names(row.as_field()).front();
     return start;
 }
 
-std::vector<Description> initial_rows(FormulasOf of) {
+std::vector<Description> initial_rows(SceneKind kind) {
     std::vector<Description> rows = descriptions<model::Start>();
     for (Description& row : rows)
-        if (row.name == "field") row.default_value = start_without_keys(of).component;
-    if (of == FormulasOf::declared) return rows;
+        if (row.name == "field") row.default_value = default_start(kind).component;
+    if (kind == SceneKind::model) return rows;
     const std::vector<Description> formulas = formula_rows();
     const auto before = [](const Description& row) { return row.name == before_formulas; };
     rows.insert(std::ranges::find_if(rows, before) + 1, formulas.begin(), formulas.end());
     return rows;
 }
 
-std::vector<std::pair<std::string, Value>> initial_values(const model::Start& start, FormulasOf of) {
+std::vector<std::pair<std::string, Value>> initial_values(const model::Start& start, SceneKind kind) {
     std::vector<std::pair<std::string, Value>> values = values_of(start);
-    if (of == FormulasOf::declared) {
+    if (kind == SceneKind::model) {
         for (const auto& [component, formula] : start.formulas) values.emplace_back(component, formula.text);
         return values;
     }
@@ -79,11 +80,10 @@ std::vector<std::pair<std::string, Value>> initial_values(const model::Start& st
     return values;
 }
 
-LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* declared,
-                           std::map<std::string, SourceLocation>& places) {
-    for (const auto& [key, value] : table.values) places.emplace("initial." + key, value.where);
-    std::vector<Description> rows = initial_rows(declared == nullptr ? FormulasOf::rod_bead : FormulasOf::declared);
-    for (const std::string& name : declared == nullptr ? std::vector<std::string>() : *declared) {
+void take_formulas(LocatedTable& table, Scene& scene) {
+    for (const auto& [key, value] : table.values) scene.places.emplace("initial." + key, value.where);
+    std::vector<Description> rows = initial_rows(scene.kind);
+    for (const std::string& name : component_names(scene.declared)) {  // none of rods and beads
         rows.push_back(rows.front());
         rows.back().name = name;
     }
@@ -95,10 +95,11 @@ LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* 
         if (is_formula) formulas.values.insert(one);
         return is_formula;
     });
-    return formulas;
+    for (const auto& [component, formula] : texts_of(formulas, "initial"))
+        if (!formula.text.empty()) scene.initial.formulas.emplace(component, formula);
 }
 
-void check_unread(const model::Start& start, FormulasOf of, const Locate& locate) {
+void check_unread(const model::Start& start, SceneKind kind, const Locate& locate) {
     if (start.kind != model::StartKind::uniform) return;  // --set gives a scene another kind, and its other keys stay
     const std::string mode = "initial.kind = \"mode\"", file = "initial.kind = \"file\"";
     reject_unread(start, "initial", "initial.kind = \"uniform\"",
@@ -109,7 +110,7 @@ void check_unread(const model::Start& start, FormulasOf of, const Locate& locate
                    {"phase", {false, mode}},
                    {"file", {false, file}},
                    {"frame", {false, file}}},
-                  locate, start_without_keys(of));
+                  locate, default_start(kind));
 }
 
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate) {

@@ -14,6 +14,9 @@
 
 namespace drover::io {
 
+struct Scene;
+enum class SceneKind;
+
 /// A table as a scene is written, with its keys in order: "grid", "terms[2]".
 struct WrittenTable {
     std::string name;
@@ -63,33 +66,24 @@ WrittenTables written_model(const DeclaredModel& model);
 
 // ---- [initial] of scenes of fields: its keys, and the formulas of components
 
-/// Whose components have formulas: those of rods and beads are keys with a row each, those of a declared model are
-/// known from the scene alone.
-enum class FormulasOf { rod_bead, declared };
-
-/// The initial state where a scene has no [initial].
-model::Start start_without_keys(FormulasOf of);
-
-/// The rows of [initial].
-std::vector<Description> initial_rows(FormulasOf of);
+/// The rows of [initial].  The formulas of rods and beads are keys with a row each, those of a declared model are known
+/// from the scene alone.
+std::vector<Description> initial_rows(SceneKind kind);
 
 /// The keys of [initial] with their values: those of the rows, and the formulas that a scene of a declared model gives.
-std::vector<std::pair<std::string, Value>> initial_values(const model::Start& start, FormulasOf of);
+std::vector<std::pair<std::string, Value>> initial_values(const model::Start& start, SceneKind kind);
 
-/// Takes the formulas out of the table [initial], and notes where its keys are.  declared: the components of a declared
-/// model; nullptr: rods and beads.  Throws an input Error for a key that is neither a row nor a component.
-LocatedTable take_formulas(LocatedTable& table, const std::vector<std::string>* declared,
-                           std::map<std::string, SourceLocation>& places);
+/// Takes the formulas out of the table [initial] into the start of a scene, and notes where its keys are.  Throws an
+/// input Error for a key that is neither a row nor a component.
+void take_formulas(LocatedTable& table, Scene& scene);
 
 /// Throws an input Error for a key of [initial] that a uniform start, the default, does not read.
-void check_unread(const model::Start& start, FormulasOf of, const Locate& locate);
+void check_unread(const model::Start& start, SceneKind kind, const Locate& locate);
 
 /// Throws an input Error for a stationary start without noise, with the keys of the noise of rods and beads.
 void check_noise_of_start(const model::Start& start, const model::Equations& equations, const Locate& locate);
 
 // ---- A scene from its tables
-
-struct Scene;
 
 /// The tables of a scene or of a model in TOML; messages call the text `file`.  Throws an input Error at its place for
 /// a text that is not TOML, or has what no scene has.

@@ -56,6 +56,25 @@ std::string body_lines(const dem::Bodies& bodies, const Box& box) {
     }
     return out;
 }
+
+/// Reads a line of digits as a number.
+bool read_count(std::string line, std::size_t& count) {
+    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+    const auto [end, problem] = std::from_chars(line.data(), line.data() + line.size(), count);
+    return !line.empty() && problem == std::errc() && end == line.data() + line.size();
+}
+
+/// The value of key=value or key="value" in a comment line; "" if absent.
+std::string value_in(const std::string& line, const std::string& key) {
+    for (std::size_t at = line.find(key + "="); at != std::string::npos; at = line.find(key + "=", at + 1)) {
+        if (at > 0 && line[at - 1] != ' ') continue;
+        const std::size_t start = at + key.size() + 1;
+        if (start < line.size() && line[start] == '"')
+            return line.substr(start + 1, line.find('"', start + 1) - start - 1);
+        return line.substr(start, line.find_first_of(" \r", start) - start);
+    }
+    return "";
+}
 }  // namespace
 
 std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& name, const FrameChoice& choice,
@@ -82,27 +101,6 @@ std::size_t write_xyz(const files::ArchiveReader& archive, const std::string& na
     to.finish();
     return frames.size();
 }
-
-namespace {
-/// Reads a line of digits as a number.
-bool read_count(std::string line, std::size_t& count) {
-    while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
-    const auto [end, problem] = std::from_chars(line.data(), line.data() + line.size(), count);
-    return !line.empty() && problem == std::errc() && end == line.data() + line.size();
-}
-
-/// The value of key=value or key="value" in a comment line; "" if absent.
-std::string value_in(const std::string& line, const std::string& key) {
-    for (std::size_t at = line.find(key + "="); at != std::string::npos; at = line.find(key + "=", at + 1)) {
-        if (at > 0 && line[at - 1] != ' ') continue;
-        const std::size_t start = at + key.size() + 1;
-        if (start < line.size() && line[start] == '"')
-            return line.substr(start + 1, line.find('"', start + 1) - start - 1);
-        return line.substr(start, line.find_first_of(" \r", start) - start);
-    }
-    return "";
-}
-}  // namespace
 
 bool is_xyz(const std::filesystem::path& file) {
     constexpr std::size_t longest_count = 24;

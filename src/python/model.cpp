@@ -53,15 +53,15 @@ void add_field(const py::dict& given, io::DeclaredModel& model) {
                             .solenoidal = given["solenoidal"].cast<bool>(),
                             .reference = formula_of(given["reference"]),
                             .noise = formula_of(given["noise"]),
-                            .conserved_noise = given["conserved_noise"].cast<bool>()});
-    model.places.push_back(std::move(places));
+                            .conserved_noise = given["conserved_noise"].cast<bool>(),
+                            .places = std::move(places)});
     model.equations.emplace(symbol, text_of(symbol, "equation", given["equation"].cast<std::string>()));
 }
 
 void add_noise(const py::dict& given, io::DeclaredModel& model) {
     const auto symbol = given["symbol"].cast<std::string>();
-    model.noises.push_back({.symbol = symbol, .spin = given["spin"].cast<int>(), .parity = parity_of(given)});
-    model.noise_places.push_back({.file = symbol});
+    model.noises.push_back(
+        {.symbol = symbol, .spin = given["spin"].cast<int>(), .parity = parity_of(given), .where = {.file = symbol}});
 }
 
 void add_table(const py::dict& given, io::DeclaredModel& model) {
@@ -73,8 +73,8 @@ void add_table(const py::dict& given, io::DeclaredModel& model) {
                             .first = given["first"].cast<std::vector<double>>(),
                             .second = given["second"].cast<std::vector<double>>(),
                             .values = given["values"].cast<std::vector<double>>(),
-                            .outside = *found});
-    model.table_places.push_back({.file = symbol});
+                            .outside = *found,
+                            .where = {.file = symbol}});
 }
 
 /// Warns of those of the `named` coefficients that no equation has.

@@ -276,7 +276,7 @@ nlohmann::json json_of(const Report& report) {
             {"warnings", report.warnings},
             {"no_prediction", report.no_prediction},
             {"linear_about", report.about},
-            {"no_step_bias", run::text_of(report.step_bias.state)},
+            {"no_step_bias", name_of(report.step_bias.state)},
             {"results", std::move(rows)}};
 }
 

@@ -10,31 +10,9 @@
 
 namespace drover::run {
 
-namespace {
-/// Simulations and reports whose units have the names of the scene.
-template <auto make>
-std::unique_ptr<Simulation> simulation_of(const io::Scene& scene, Threads& threads, std::span<const double> saved) {
-    std::unique_ptr<Simulation> simulation = make(scene, threads, saved);
-    for (ScheduledRecording& scheduled : simulation->recordings) {
-        io::rename_units(scheduled.recording.axes, scene.units);
-        io::rename_units(scheduled.recording.quantities, scene.units);
-        scheduled.recording.time_unit = io::renamed("s", scene.units);
-    }
-    return simulation;
-}
-
-template <auto make>
-Report report_of(const files::ArchiveReader& archive, const io::Scene& scene, Theory theory) {
-    Report report = make(archive, scene, theory);
-    io::rename_units(report.summary.rows, scene.units);
-    for (measure::SummaryRow& row : report.summary.rows) io::rename_units(row.axes, scene.units);
-    return report;
-}
-}  // namespace
-
 const SimulationType& simulation_type_of(const io::Scene& scene) {
     static const SimulationType fields{
-        .make = simulation_of<make_field_simulation>,
+        .make = make_field_simulation,
         .threads = choose_threads,
         .bytes = field_bytes,
         .size = field_size,
@@ -44,7 +22,7 @@ const SimulationType& simulation_type_of(const io::Scene& scene) {
         .timed = timed_fields,
         .check_start = check_field_start,
         .warnings = [](const io::Scene& given) { return field_scene_warnings(given, compiled_of(given)); },
-        .report = report_of<make_field_report>};
+        .report = make_field_report};
     static const SimulationType particles{.make = make_particle_simulation,
                                           .threads = particle_threads,
                                           .bytes = particle_bytes,

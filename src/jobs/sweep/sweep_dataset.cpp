@@ -7,6 +7,7 @@
 #include "base/constants.hpp"
 #include "base/mapped.hpp"
 #include "files/archive.hpp"
+#include "io/calibration.hpp"
 #include "jobs/sweep/sweep_plan.hpp"
 #include "measure/replicates.hpp"
 #include "run/loop/provenance.hpp"
@@ -15,11 +16,6 @@ namespace drover::jobs {
 
 namespace {
 constexpr const char *branch_axis = "branch", *seed_axis = "seed", *point_axis = "point";
-
-std::string axis_name(std::string key) {
-    std::ranges::replace(key, '.', '_');
-    return key;
-}
 
 std::size_t length_of(const std::vector<std::size_t>& shape) {
     return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
@@ -108,7 +104,7 @@ private:
             key_axes_ = {point_axis};
             point_shape_ = {numbers.size()};
             for (std::size_t k = 0; const std::string& key : layout_.keys)
-                put(axis_name(key), unit_of(key), key, key_axes_, mapped(layout_.points, value_of(k++)));
+                put(io::axis_of(key), unit_of(key), key, key_axes_, mapped(layout_.points, value_of(k++)));
             return;
         }
         const auto add_axis_of = [&](const std::string& name, const std::string& unit, const std::string& meaning,
@@ -124,7 +120,7 @@ private:
             point_shape_.push_back(values.size());
         };
         for (std::size_t k = 0; const std::string& key : layout_.keys)
-            add_axis_of(axis_name(key), unit_of(key), key, mapped(layout_.points, value_of(k++)));
+            add_axis_of(io::axis_of(key), unit_of(key), key, mapped(layout_.points, value_of(k++)));
         if (std::ranges::any_of(layout_.points, [](const SweepPoint& point) { return point.branch != Branch::none; }))
             add_axis_of(branch_axis, "1", "of the ramp: 0 up, 1 down",
                         mapped(layout_.points,

@@ -12,9 +12,9 @@
 #include "files/archive_reader.hpp"
 #include "io/scene_text.hpp"
 #include "measure/replicates.hpp"
-#include "run/fields/field_simulation.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::jobs {
 
@@ -69,11 +69,8 @@ double deviation(const std::vector<double>& values, std::size_t from, const std:
 }
 
 double largest_step_error(const files::ArchiveReader& archive) {
-    const std::string dataset = std::string(run::field_samples_group) + "/step_error";
-    if (!archive.has(dataset)) return 0.0;
-    const std::vector<double> values = archive.read(dataset).values;
     double largest = 0.0;  // of those that are resolved: only fields that have parted are asked for
-    for (const double value : values) largest = std::fmax(largest, value);
+    for (const double value : run::series_of(archive, "step_error")) largest = std::fmax(largest, value);
     return largest;
 }
 

@@ -396,6 +396,11 @@ RunBytes field_bytes(const io::Scene& scene) { return bytes_of(scene, field_prob
 std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
                                                   std::span<const double> saved) {
     auto simulation = std::make_unique<FieldSimulation>(scene, threads, !saved.empty());
+    for (ScheduledRecording& scheduled : simulation->recordings) {
+        io::rename_units(scheduled.recording.axes, scene.units);
+        io::rename_units(scheduled.recording.quantities, scene.units);
+        scheduled.recording.time_unit = io::renamed("s", scene.units);
+    }
     if (!saved.empty()) simulation->restore(saved);
     return simulation;
 }

@@ -17,7 +17,8 @@ std::string field_size(const io::Scene& scene);
 TimedScene timed_fields(const io::Scene& scene);
 void check_field_start(const io::Scene& scene);
 
-/// Throws an input Error for an initial file with another cell or other fields.
+/// Its recordings have the units of the scene.  Throws an input Error for an initial file with another cell or other
+/// fields.
 std::unique_ptr<Simulation> make_field_simulation(const io::Scene& scene, Threads& threads,
                                                   std::span<const double> saved);
 

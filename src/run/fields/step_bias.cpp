@@ -2,7 +2,6 @@
 #include "run/fields/step_bias.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -222,16 +221,6 @@ StepBiasState step_bias_state(const io::Scene& scene) {
     const bool noisy = io::has_noise(scene);
     if (noisy && scene.time.tolerance > 0.0) return StepBiasState::noise_and_tolerance;
     return !noisy && scene.time.max_error == 0.0 ? StepBiasState::without_max_error : StepBiasState::measured;
-}
-
-std::string text_of(StepBiasState state) {
-    constexpr std::array texts{"",
-                               "exact",
-                               "not measured",
-                               "not measured (accuracy.effort = 0)",
-                               "not measured (noise and a tolerance)",
-                               "not measured (time.max_error = 0)"};  // in the order of StepBiasState
-    return texts[static_cast<std::size_t>(state)];
 }
 
 }  // namespace drover::run

@@ -1,5 +1,6 @@
 // run/fields/step_bias.hpp: what the time step changes in each observable of a run.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -78,9 +79,15 @@ private:
 
 /// Whether the bias of the time step is measured: or that there is none, or why not.
 enum class StepBiasState { measured, exact, not_measured, without_effort, noise_and_tolerance, without_max_error };
+constexpr auto names_of(StepBiasState) {
+    return std::array{"",
+                      "exact",
+                      "not measured",
+                      "not measured (accuracy.effort = 0)",
+                      "not measured (noise and a tolerance)",
+                      "not measured (time.max_error = 0)"};
+}
 StepBiasState step_bias_state(const io::Scene& scene);
-/// Of one that is not measured; else "".
-std::string text_of(StepBiasState state);
 
 /// The group of an archive that holds its rows.
 inline constexpr const char* step_bias_group = "/step_bias";

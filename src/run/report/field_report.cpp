@@ -135,11 +135,14 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
     report.step_bias = step_biases(archive, scene, is_linear, std::move(measured.biased), report.summary);
     if (const std::string missing = physics::missing_function(scene.model); !missing.empty()) {
         report.warnings = {missing + ": no linear theory and no warnings here; the archive has both"};
-        return report;
+    } else {
+        if (theory == Theory::included) predict(what.equations, measured, report);
+        report.warnings = field_warnings(archive, scene, what);
+        std::ranges::move(step_bias_warnings(report.step_bias, scene, report.summary),
+                          std::back_inserter(report.warnings));
     }
-    if (theory == Theory::included) predict(what.equations, measured, report);
-    report.warnings = field_warnings(archive, scene, what);
-    std::ranges::move(step_bias_warnings(report.step_bias, scene, report.summary), std::back_inserter(report.warnings));
+    io::rename_units(report.summary.rows, scene.units);
+    for (measure::SummaryRow& row : report.summary.rows) io::rename_units(row.axes, scene.units);
     return report;
 }
 

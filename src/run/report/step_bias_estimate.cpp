@@ -4,6 +4,7 @@
 #include "drover/base/text.hpp"
 #include "measure/fields.hpp"
 #include "run/report/report.hpp"
+#include "run/warnings/warnings.hpp"
 
 namespace drover::run {
 
@@ -58,10 +59,8 @@ std::vector<double> shares_of(const std::vector<double>& times, double begin, do
 
 /// How much larger the error of the fields is over the run than at the comparisons, which may miss its largest values.
 double unseen_error(const files::ArchiveReader& archive, double warm_up, const Differences& all) {
-    const std::string group = field_samples_group;
-    if (!archive.has(group + "/step_error") || all.times.empty()) return 1.0;
-    const std::vector<double> times = archive.read(group + "/time").values,
-                              errors = archive.read(group + "/step_error").values;
+    const std::vector<double> times = series_of(archive, "time"), errors = series_of(archive, "step_error");
+    if (errors.empty() || all.times.empty()) return 1.0;
     double run = 0.0, samples = 0.0, seen = 0.0;
     for (std::size_t i = 0; i < std::min(times.size(), errors.size()); ++i) {
         if (times[i] < warm_up) continue;
