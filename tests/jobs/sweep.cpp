@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "files/input_file.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
@@ -55,6 +57,28 @@ TEST(SweepPlan, tells_whether_results_may_ask_for_more_runs) {
     EXPECT_FALSE(is_adaptive(""));
     EXPECT_TRUE(is_adaptive("sweep.refine=[\"polar_order = 0.1\"]"));
     EXPECT_TRUE(is_adaptive("sweep.want=[\"polar_order=2%\"]"));
+}
+
+TEST(SweepPlan, a_point_with_fewer_than_two_ended_runs_misses_the_error_that_was_wanted) {
+    const io::Scene scene =
+        io::parse_scene("[sweep]\nvary = [\"relaxation.rate = 0.5, 1, 2\"]\nseeds = 4\nwant = [\"polar_order=2%\"]\n",
+                        "wanted.toml", {});
+    const SweepLayout layout = plan_sweep(scene, {}, numbered_points(scene));
+    std::map<std::string, RunResults> results;
+    std::array<int, 3> to_end{4, 1, 0};  // runs of each point
+    for (const SweepRun& run : layout.runs)
+        if (--to_end.at(run.point) >= 0)
+            results[run.name].rows = {{.name = "polar_order",
+                                       .unit = "1",
+                                       .formula = "",
+                                       .axes = {},
+                                       .estimates = {{.mean = 0.5, .error = 1e-3}}}};
+    const auto misses = [](const std::string& point, const std::string& runs) {
+        return testing::StartsWith(point + ": polar_order has no error of the seeds, since " + runs + " run ended");
+    };
+    EXPECT_THAT(unmet_targets(scene, layout, sweep_table(layout, results)),
+                testing::ElementsAre(misses("at relaxation.rate = 1", "only one"),
+                                     misses("at relaxation.rate = 2", "no")));
 }
 
 TEST(SweepPlan, a_limit_without_what_it_limits_is_rejected) {
