@@ -64,7 +64,8 @@ private:
     }
     [[noreturn]] void fail(const std::string& expected) {
         next();
-        source_.fail(at_, expected);
+        const bool is_nabla = text_.compare(at_, std::string_view("∇").size(), "∇") == 0;
+        source_.fail(at_, is_nabla ? "a word for this operator, as in grad u, div p, curl p or lap u" : expected);
     }
 
     /// Parts separated by signs; a single part is returned as it is.
@@ -191,6 +192,7 @@ private:
         }
         if (std::isdigit(static_cast<unsigned char>(letter)) || letter == '.') return number();
         if (starts_name(letter)) return named();
+        if (letter == '*' && at_ > 0 && text_[at_ - 1] == '*') fail("a factor; a power is written with ^, as in u^2");
         fail("a number, a name, a function or \"(\"");
     }
     Formula number() {

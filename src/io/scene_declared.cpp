@@ -86,10 +86,13 @@ void check_equations(const DeclaredModel& declared) {
                               symbols.empty() ? text("expected [[field]] with symbol = \"{}\"", symbol)
                                               : text("expected one of {}", joined(symbols))));
     }
-    for (const DeclaredField& field : declared.fields)
+    for (const DeclaredField& field : declared.fields) {
+        require(std::ranges::count(symbols, field.symbol) == 1, place_of(field, "symbol"),
+                "{} is the symbol of two fields; expected one of its own for each", field.symbol);
         require(declared.equations.contains(field.symbol), place_of(field, "symbol"),
                 "{0} has no equation; expected {0} = \"...\" in [equations], or \"\" for a field that does not change",
                 field.symbol);
+    }
 }
 
 /// Components are datasets of an archive, beside its own, and keys of [initial].
