@@ -89,7 +89,8 @@ numerics::TravellingState find_state(const TravellingGuess& from, numerics::Trav
                     "different branch from the one intended; expected less than {}: give a closer guess, --speed, or "
                     "--settle",
                     found.change, far);
-            if (!problem.empty()) log_information("the state was found from a guess that settled for t = {}", duration);
+            if (!problem.empty())
+                log_information("the state was found from a guess that settled until t = {}", duration);
             return found;
         } catch (const Error& error) {
             if (error.fault() != Fault::run || stop_signal() != 0) throw;
