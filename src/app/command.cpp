@@ -163,7 +163,7 @@ int print_result(const run::Result& found, const ResultOutput& output, const io:
 
 int print_outcome(const run::RunOutcome& outcome, bool json) {
     if (outcome.loop.signal != 0) {
-        log_information("stopped by {} at step {} (t = {} s) after a checkpoint; to resume: drover restart {}",
+        log_information("stopped by {} at step {} (t = {}) after a checkpoint; to resume: drover restart {}",
                         run::stop_reason(outcome.loop.signal), outcome.loop.step, outcome.checkpoint_time,
                         shell_word(outcome.archive.string()));
         return run::exit_stopped;

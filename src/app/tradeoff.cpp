@@ -28,7 +28,7 @@ int study_scene(const TradeoffCommand& options) {
     const jobs::Tradeoff found = jobs::study_tradeoff(scene, study);
     if (found.stopped) return print_stopped("; every trial is kept:");
     if (!options.share.empty()) return run::exit_done;
-    print_result(found.result, {.json = options.json}, scene, 1);
+    print_result(found.result, {.json = options.json}, {}, 1);  // its units are those of archives, and core time
     if (!found.recommended) {
         if (options.json) std::fprintf(stderr, "%s\n", printable(found.why_none).c_str());
         return run::exit_run_failed;

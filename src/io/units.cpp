@@ -121,7 +121,7 @@ std::string renamed(const std::string& unit, const Units& units) {
     return product.written();
 }
 
-std::string in_unit(const char* format, double value, const char* unit, const Units& units) {
+std::string in_unit(const char* format, double value, const std::string& unit, const Units& units) {
     const std::string name = renamed(unit, units);
     return text(format, value) + (name == "1" ? "" : " " + (name.starts_with("1/") ? name.substr(1) : name));
 }

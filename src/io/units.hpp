@@ -21,6 +21,6 @@ void rename_units(Rows& rows, const Units& units) {
     for (auto& row : rows) row.unit = renamed(row.unit, units);
 }
 /// A number and its unit: "0.4 /um" of in_unit("{:.3g}", 0.4, "/mm", units).
-std::string in_unit(const char* format, double value, const char* unit, const Units& units);
+std::string in_unit(const char* format, double value, const std::string& unit, const Units& units);
 
 }  // namespace drover::io

@@ -86,10 +86,11 @@ void check_stationary(const Equations& equations, const numerics::Grid& grid, in
         "initial.kind = \"stationary\" draws about the references, which the equations change, such as by a force or "
         "a field of this model; expected references that are stationary: choose others, or another initial.kind");
     const numerics::FastestGrowth growth = numerics::fastest_growth(equations.linear_system(grid, degree));
-    require(growth.rate < 0.0, locate("initial.kind"),
-            "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at {:.4g} /s at |q| "
-            "= {:.3g} /mm; expected every mode to decay; choose another initial.kind",
-            growth.rate, growth.q);
+    require(
+        growth.rate < 0.0, locate("initial.kind"),
+        "initial.kind = \"stationary\", but there is no stationary state: a linear mode grows at the rate {:.4g} at "
+        "|q| = {:.3g}; expected every mode to decay; choose another initial.kind",
+        growth.rate, growth.q);
 }
 
 void check_mode(const Start& start, const numerics::Grid& grid, int degree, const Locate& locate) {
@@ -302,6 +303,11 @@ std::vector<std::string> start_warnings(const Start& start, const Equations& equ
             numerics::warning_of(formula_of(component.name, found->second), component.unit, grid, degree);
         if (!warning.empty()) warnings.push_back(warning);
     }
+    if (start.kind == StartKind::formula && start.formulas.empty())
+        warnings.push_back(text(
+            "initial.kind = \"formula\" without a formula: every field starts at its reference{}; give one, such as "
+            "initial.{} = \"cos(2*pi*x/lx)\"",
+            start.amplitude > 0.0 ? " with noise" : "", components.front().name));
     warn_of_divergence(start, equations, grid, degree, warnings);
     return warnings;
 }

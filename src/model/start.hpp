@@ -53,7 +53,8 @@ void check(const Start& start, const Equations& equations, const numerics::Grid&
 /// The references with the means of formulas.  Those of a file are not known here.
 UniformState means_of_start(const Start& start, const Equations& equations, const numerics::Grid& grid);
 
-/// Formulas that the grid cuts, or that jump at a periodic edge, and divergences that are removed, each with a remedy.
+/// A start by formulas without one, formulas that the grid cuts or that jump at a periodic edge, and divergences that
+/// are removed, each with a remedy.
 std::vector<std::string> start_warnings(const Start& start, const Equations& equations, const numerics::Grid& grid,
                                         int degree);
 

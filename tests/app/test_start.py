@@ -44,6 +44,11 @@ def test_formulas_with_another_kind_of_start_are_rejected_with_the_settings_that
     drover(tmp_path, *words, *clear)
 
 
+def test_a_start_by_formulas_without_one_warns(tmp_path):
+    assert 'initial.kind = "formula" without a formula: every field starts at its reference' in check(tmp_path, "")
+    assert check(tmp_path, "1") == ""
+
+
 def test_the_grid_that_a_rejection_names_is_accepted_without_a_warning(tmp_path):
     formula = "1 + 0.1*cos(2*pi*20*x/32)"
     (tmp_path / "start.toml").write_text(scene_text({**GRID, "initial.rod_density": formula}))
@@ -134,7 +139,7 @@ initial = {kind = "stationary"}
 """)
     drover(tmp_path, "check", "own.toml")
     rejected(tmp_path, ["check", "own.toml", "--set", "coefficients.a=0.1"],
-             ["there is no stationary state: a linear mode grows at 0.1 /s at |q| = 0 /mm"])
+             ["there is no stationary state: a linear mode grows at the rate 0.1 at |q| = 0"])
 
 
 def test_a_stationary_start_may_be_driven_by_the_noise_of_the_densities_alone(tmp_path):

@@ -373,11 +373,14 @@ time = {dt = 1, end = 128}
 initial = {kind = "stationary"}
 output = {sample_every = 1}
 analysis = {warm_up = 0}
+units = {time = "h"}
 """
     tight = ("--want", "variance_phi=0.2%", "--budget", "2s", "--quiet")
     done = drover(tmp_path, "tradeoff", scene(tmp_path, slow), *tight, status=1)
-    assert "s with 4 seeds" in done.stdout and "it fluctuates more slowly than the trials show" in done.stdout
+    assert "trials of 128 h with 4 seeds" in done.stdout
+    assert "it fluctuates more slowly than the trials show" in done.stdout
     assert "no setting meets the targets" in done.stdout
+    assert "etdrk2, dt = 8 h" in done.stdout and "cost [s]" in done.stdout  # of a core
     # It is told as well where so much is allowed that it does not matter.  A mode has the variance of an exponential,
     # and there are 63, in pairs: seeds differ by 1/sqrt(31.5) of the mean, a trial's own error is below 1e-3 of it.
     loose = ("--want", "variance_phi=100%", "--budget", "2s")

@@ -16,13 +16,12 @@ namespace drover::jobs {
 
 namespace {
 
-std::string number_text(double value) { return text("{:.12g}", value); }
-
 /// A step of particles; of fields a method with steps of dt, or with `tolerance` where that is not 0.
 AxisLevel step_level(const io::Scene& scene, const std::string& method, double dt, double tolerance = 0.0) {
+    const std::string step = io::in_unit("{:.12g}", dt, "s", scene.units);
     if (!io::has_grid(scene.kind)) {
         const dem::ContactControl& contacts = scene.particles.contacts;
-        AxisLevel level{text("dt = {} s", number_text(dt)), {set("time.dt", dt)}};
+        AxisLevel level{"dt = " + step, {set("time.dt", dt)}};
         const double factor = dt / scene.time.dt;
         if (dem::PairwiseLaw::is_chosen(contacts))
             level.overrides.push_back(set("contacts.rod_step", factor * contacts.rod_step));
@@ -31,7 +30,7 @@ AxisLevel step_level(const io::Scene& scene, const std::string& method, double d
         return level;
     }
     AxisLevel level{tolerance > 0.0 ? text("{}, tolerance {:.2g}", method, tolerance)
-                                    : text("{}, dt = {} s", method, number_text(dt)),
+                                    : text("{}, dt = {}", method, step),
                     {text("time.stepper={}", method), set("time.dt", dt), set("time.tolerance", tolerance)}};
     if (tolerance == 0.0 && dt > scene.output.sample_every) {
         level.sample_every = dt;

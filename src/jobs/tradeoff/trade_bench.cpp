@@ -30,6 +30,10 @@ double unit_of_time(const io::Scene& scene) {
 
 Bias less(const Bias& a, const Bias& b) { return {a.value - b.value, std::hypot(a.error, b.error)}; }
 
+std::string time_text(const BenchFacts& facts, double time) {
+    return io::in_unit("{:.6g}", time, "s", facts.unit_names);
+}
+
 std::string text_of(const LevelOutcome& outcome) {
     constexpr std::array patterns{
         "",
@@ -90,7 +94,9 @@ TradeBench::TradeBench(const io::Scene& given, const std::string& of, const Trad
       scene(given),
       budget(options.budget),
       is_collecting(options.collect),
-      targets_(options.targets) {}
+      targets_(options.targets) {
+    unit_names = given.units;
+}
 
 TrialRun TradeBench::trial_of(const std::vector<std::string>& overrides, bool rounds_up) const {
     io::Scene timed = scene;
@@ -210,9 +216,9 @@ std::vector<std::string> TradeBench::drift_notes(const TrialMeasurement& run) co
         const Bias drift = less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
         if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
         notes.push_back(
-            drift_note(w,
-                       text("over the second half of the trials of {:.6g} s is {:.3g} +- {:.1g} {} than over the first",
-                            duration, std::abs(drift.value), drift.error, drift.value > 0.0 ? "larger" : "smaller")));
+            drift_note(w, text("over the second half of the trials of {} is {:.3g} +- {:.1g} {} than over the first",
+                               time_text(*this, duration), std::abs(drift.value), drift.error,
+                               drift.value > 0.0 ? "larger" : "smaller")));
     }
     return notes;
 }
@@ -252,10 +258,10 @@ std::vector<std::string> TradeBench::widen(const std::vector<std::string>& overr
         const auto freedom = static_cast<double>(runs.size() - 1);
         min_error_[w] = seeds.deviation * gsl_cdf_tdist_Pinv(two_sigma, freedom) / 2.0;
         notes.push_back(text(
-            "{} differs by {:.2g} between trials of {:.6g} s with {} seeds, although each trial estimates an error of "
+            "{} differs by {:.2g} between trials of {} with {} seeds, although each trial estimates an error of "
             "{:.2g}: it fluctuates more slowly than the trials show, or has several states; the statistical error is "
             "taken from the seeds: give a larger --budget",
-            targets_[w].text, seeds.deviation, duration, runs.size(),
+            targets_[w].text, seeds.deviation, time_text(*this, duration), runs.size(),
             seeds.own_error.value_or(0.0) * std::sqrt(static_cast<double>(runs.size()))));
     }
     return notes;

@@ -69,6 +69,7 @@ Bias less(const Bias& a, const Bias& b);
 
 /// What all trials have in common, and how far they have come.
 struct BenchFacts {
+    io::Units unit_names;
     double duration = 0.0, warm_up = 0.0;  ///< of the trials; left out of all means [s]
     bool statistical = false;              ///< means have statistical errors: the duration is free
     std::vector<double> allowed;           ///< error of each wanted number, in its unit
@@ -77,6 +78,8 @@ struct BenchFacts {
     std::set<std::string> hosts;           ///< on which trials ran
     std::set<std::string> programs;        ///< versions of drover that ran them
 };
+
+std::string time_text(const BenchFacts& facts, double time);
 
 class TradeBench : public BenchFacts {
 public:

@@ -149,9 +149,9 @@ LaterDrift later_drift(TradeBench& bench, const Candidate& best, const std::vect
         const double moved = mean.value - references[w].value - bias.value,
                      error = std::hypot(mean.error, std::hypot(references[w].error, bias.error));
         if (std::abs(moved) <= std::max(clear * error, bench.allowed[w])) continue;
-        found.notes.push_back(
-            bench.drift_note(w, text("over {:.6g} s is {:.3g} +- {:.1g} {} than over the trials of {:.6g} s", run.end,
-                                     std::abs(moved), error, moved > 0.0 ? "larger" : "smaller", before)));
+        found.notes.push_back(bench.drift_note(w, text("over {} is {:.3g} +- {:.1g} {} than over the trials of {}",
+                                                       time_text(bench, run.end), std::abs(moved), error,
+                                                       moved > 0.0 ? "larger" : "smaller", time_text(bench, before))));
     }
     if (!found.notes.empty() && (1.0 + run.end / before) * bench.spent <= bench.budget) found.affordable = run.end;
     return found;

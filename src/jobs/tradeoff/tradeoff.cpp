@@ -85,7 +85,7 @@ run::Record candidate_record(const Findings& found, const Candidate& one) {
                     run::words("step", "", theory ? "-" : one.step->level.name),
                     run::words("duration", "",
                                theory              ? "-"
-                               : found.statistical ? text("{:.6g} s", one.end)
+                               : found.statistical ? time_text(found, one.end)
                                                    : "as given")}};
     for (const auto& [name, size, advice] : named_parts(parts))
         row.entries.push_back(run::number(std::string(name) + "_error", found.units[target],
@@ -202,9 +202,9 @@ std::string why_none(const Findings& found, const std::vector<Candidate>& front,
                                    : "no setting that the trials could judge meets the targets";
     if (enough != nullptr) words += text(": it takes {} of a core", duration_text(enough->seconds));
     if (affordable != nullptr)
-        words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {} s)",
+        words += text("; the best {}has {:.2g} times the error allowed ({}, {}, {}, {})",
                       is_limited ? "within it " : "", affordable->ratio, affordable->model->level.name,
-                      grid_name(*affordable), affordable->step->level.name, affordable->end);
+                      grid_name(*affordable), affordable->step->level.name, time_text(found, affordable->end));
     if (affordable != nullptr) words += "; " + advice_on(found, *affordable);
     if (found.is_short) words += "; some trials were not made for want of budget: re-run the same command to resume";
     return words + (is_limited
@@ -234,10 +234,11 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
     if (parts.whole)
         words.push_back(text("all three together: bias {}, from a trial of this combination", part(*parts.whole)));
     if (found.statistical)
-        words.push_back(text("{:.6g} s: standard error {}", best.end, error_text(found, w, parts.statistics)));
+        words.push_back(
+            text("{}: standard error {}", time_text(found, best.end), error_text(found, w, parts.statistics)));
     if (found.sample_every > 0.0)
-        words.push_back(text("samples every {:.6g} s: denser sampling does not reduce the error of the means",
-                             std::max(found.sample_every, best.step->level.sample_every)));
+        words.push_back(text("samples every {}: denser sampling does not reduce the error of the means",
+                             time_text(found, std::max(found.sample_every, best.step->level.sample_every))));
     words.push_back(advice_on(found, best));
     if (const Candidate& theory = front.front(); theory.step == nullptr && theory.ratio <= 1.0) {
         const std::size_t hardest = hardest_target(found, theory);
@@ -256,7 +257,7 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
                         ? "the trials cannot resolve a tenth of this error: give a larger --budget"
                         : text("a tenth of the error costs {} of a core ({}, {}, {}{})", duration_text(ten->seconds),
                                ten->model->level.name, grid_name(*ten), ten->step->level.name,
-                               found.statistical ? text(", {:.6g} s", ten->end) : ""));
+                               found.statistical ? ", " + time_text(found, ten->end) : ""));
     return words;
 }
 Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TradeoffOptions& options) {

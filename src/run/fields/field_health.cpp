@@ -199,12 +199,12 @@ void check_field_health(const Diagnosed& run, numerics::Transform& transform, co
         if (size <= max_field_size * scale || scale == 0.0) continue;
         const Peak peak = peak_of(linear.grid, transform, state, c);
         fail_run(
-            "the run diverged at or before step {} (t = {}): the root mean square of {} is {:.3g} "
-            "{}; expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
+            "the run diverged at or before step {} (t = {}): the root mean square of {} is {}; "
+            "expected at most {:.0e} times its size in this model, {:.3g}; its largest value is {:.3g} in cell "
             "({}, {}), dt = {}; likely cause: {}; any earlier checkpoint is still valid",
             step, io::in_unit("{:.6g}", static_cast<double>(step) * run.scene.time.dt, "s", run.scene.units),
-            component.name, size, component.unit, max_field_size, scale, peak.value, peak.x, peak.y, run.scene.time.dt,
-            cause_of(run, tail_of(linear, state, {"", c, 1})));
+            component.name, io::in_unit("{:.3g}", size, component.unit, run.scene.units), max_field_size, scale,
+            peak.value, peak.x, peak.y, run.scene.time.dt, cause_of(run, tail_of(linear, state, {"", c, 1})));
     }
     if (step == health.step) return;  // checked before
     std::swap(health.earlier, health.healthy);

@@ -68,9 +68,9 @@ void add_negative_densities(const files::ArchiveReader& archive, const io::Scene
         const Excess negative = samples_below(archive, "min_" + field.name, -0.01 * scale);
         if (negative.samples == 0) continue;
         warnings.push_back(
-            text("{} is negative in {} samples, {:.3g} {} at t = {} (min_{}); expected >= 0: {}{}", field.name,
-                 negative.samples, negative.worst, field.unit, io::in_unit("{:.6g}", negative.time, "s", scene.units),
-                 field.name,
+            text("{} is negative in {} samples, {} at t = {} (min_{}); expected >= 0: {}{}", field.name,
+                 negative.samples, io::in_unit("{:.3g}", negative.worst, field.unit, scene.units),
+                 io::in_unit("{:.6g}", negative.time, "s", scene.units), field.name,
                  equations.has_noise() ? more_in_a_cell(scene.grid, what, field)
                                        : text("choose a larger {}, a smaller time.dt or a finer grid",
                                               key_of_term(scene, equations, field, "lap " + field.symbol)),
@@ -135,15 +135,15 @@ void add_density_warnings(const files::ArchiveReader& archive, const io::Scene& 
             add_held_formula(archive, scene, held, what.equations.model(), warnings);
         for (const model::Field& field : fields) {
             if (field.symbol != held.symbol) continue;
-            const std::string unit = field.unit == "1" ? "" : " " + field.unit;
             for (const Excess& excess : {samples_below(archive, "min_" + field.name, held.min),
                                          samples_below(archive, "max_" + field.name, held.max, -1.0)})
                 if (excess.samples > 0)
                     warnings.push_back(
-                        text("{} left the table of coefficients in {} samples, {:.4g}{} at t = {}; the values at "
-                             "its edge were held there (outside = \"hold\"): use a table wider than {:.4g} to {:.4g}{}",
-                             field.name, excess.samples, excess.worst, unit,
-                             io::in_unit("{:.6g}", excess.time, "s", scene.units), held.min, held.max, unit));
+                        text("{} left the table of coefficients in {} samples, {} at t = {}; the values at "
+                             "its edge were held there (outside = \"hold\"): use a table wider than {:.4g} to {}",
+                             field.name, excess.samples, io::in_unit("{:.4g}", excess.worst, field.unit, scene.units),
+                             io::in_unit("{:.6g}", excess.time, "s", scene.units), held.min,
+                             io::in_unit("{:.4g}", held.max, field.unit, scene.units)));
         }
     }
 }
