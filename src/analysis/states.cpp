@@ -1,6 +1,7 @@
 // analysis/states.cpp: drover states: guess, solution, curve and profile.
 #include "analysis/states.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -251,6 +252,18 @@ bool turns_at(const std::vector<Point>& points, std::size_t i) {
     return i > 0 && i + 1 < points.size() && (at(i) - at(i - 1)) * (at(i + 1) - at(i)) < 0.0;
 }
 
+/// Whether the state of a turn is uniform: on its other side the variation of the fields has the other sign.
+bool is_pitchfork(const std::vector<Point>& points, std::size_t i) {
+    const numerics::Fields &before = points[i - 1].fields, &after = points[i + 1].fields;
+    double sum = 0.0;
+    for (int c = 0; c < before.count(); ++c) {
+        const auto a = Eigen::Map<const Eigen::ArrayXd>(before[c].data(), static_cast<Eigen::Index>(before.size)),
+                   b = Eigen::Map<const Eigen::ArrayXd>(after[c].data(), static_cast<Eigen::Index>(after.size));
+        sum += ((a - a.mean()) * (b - b.mean())).sum();
+    }
+    return sum < 0.0;
+}
+
 /// The polynomial through the points (at, values).
 double interpolated(const std::vector<double>& at, const std::vector<double>& values, double where) {
     double sum = 0.0;
@@ -294,7 +307,9 @@ run::List turn_list(const std::vector<Point>& points, const StatesProblem& probl
             list.rows.push_back(
                 {.entries = {run::number("parameter", followed.unit, followed.key, turn),
                              run::number("error", followed.unit, "by how much a parabola through three states differs",
-                                         std::abs(turn - turn_of(points, i, 1)), 2)}});
+                                         std::abs(turn - turn_of(points, i, 1)), 2),
+                             run::flag("pitchfork", "1: it is a pitchfork, of a uniform state; 0: a fold",
+                                       is_pitchfork(points, i))}});
         }
     return list;
 }
@@ -308,8 +323,10 @@ run::List curve_list(const std::vector<Point>& points, const StatesProblem& prob
                    .prefix = "curve_",
                    .group = "/curve"};
     for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool turns = turns_at(points, i), is_uniform = turns && is_pitchfork(points, i);
         run::Record row{.entries = {run::number("parameter", followed.unit, followed.key, points[i].at.parameter, 10),
-                                    run::flag("fold", "1: the curve turns here", turns_at(points, i))}};
+                                    run::flag("fold", "1: the curve turns here, at a fold", turns && !is_uniform),
+                                    run::flag("pitchfork", "1: the curve turns here, at a uniform state", is_uniform)}};
         std::vector<run::Entry> entries = state_entries(points[i], problem);
         for (run::Entry& entry : entries) entry.digits = 7;
         row.entries.insert(row.entries.end(), entries.begin(), entries.end());

@@ -113,8 +113,28 @@ def test_a_curve_turns_at_its_exact_fold_between_the_states_that_were_found(tmp_
     states_at = [point["parameter"] for point in found["curve"] if point["fold"]]
     # m is of fourth order in |A|, and so is the polynomial: it turns where the root is 0, and where A passes through 0.
     assert turns[:2] == pytest.approx([square - 0.25, square], abs=1e-7)  # of Newton's method
-    assert abs(states_at[0] - turns[0]) > 1e-3
+    assert abs(states_at[0] - turns[0]) > 1e-5
+    assert [turn["pitchfork"] for turn in found["turns"][:2]] == [False, True]
+    assert [point["pitchfork"] for point in found["curve"]].count(True) == 1 and len(states_at) == len(turns) - 1
     assert all(1e-9 < turn["error"] < 0.01 for turn in found["turns"][:1])  # what a parabola leaves out
+
+
+@pytest.mark.parametrize("last", [0.0, -0.2])
+def test_a_curve_stays_on_its_branch_and_turns_where_that_meets_the_uniform_state(tmp_path, last):
+    # Waves about u = r have |q|^2 < r, so there is none of the length of the cell below (2 pi/lx)^2.  With long steps
+    # the curve ended up to 0.08 before, or went on along the waves about u = 0, which exist below minus this.
+    pulse = """
+field = [{symbol = "u"}]
+equations = {u = "-r u + u^2 + lap u"}
+coefficients = {r = 1.0}
+grid = {nx = 64, ny = 1, lx = 20.0, ly = 1.0}
+time = {dt = 0.05, end = 10.0}
+initial = {kind = "formula", u = "1.5/cosh((x-lx/2)/2)^2"}
+"""
+    found = states(tmp_path, write(tmp_path, pulse), "--follow", f"coefficients.r = {last}")
+    turn, = found["turns"]
+    assert turn["pitchfork"] and turn["parameter"] == pytest.approx((2.0 * math.pi / 20.0)**2, abs=2e-4)  # of the steps
+    assert min(point["parameter"] for point in found["curve"]) > turn["parameter"] - 1e-4
 
 
 def test_a_band_of_the_same_equations_is_that_of_rods_and_beads(tmp_path):

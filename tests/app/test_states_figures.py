@@ -45,11 +45,11 @@ def test_the_figure_of_a_curve_draws_states_and_marks_unstable_ones_and_folds(cu
     unstable = line.curve_growth_rate.values > 1e-6
     assert 0 < unstable.sum() < len(unstable) and line.curve_fold.values.sum() == 1
     for axes in numbers:
-        _, stable_points, unstable_points, *_, folds = axes.lines
+        _, stable_points, unstable_points, *_, folds, pitchforks = axes.lines
         assert len(stable_points.get_xdata()) == (~unstable).sum()
         assert len(unstable_points.get_xdata()) == unstable.sum()
         assert to_hex(stable_points.get_markerfacecolor()) == BLUE.lower()
-        assert len(folds.get_xdata()) == line.curve_fold.values.sum()
+        assert len(folds.get_xdata()) == line.curve_fold.values.sum() and len(pitchforks.get_xdata()) == 0
     assert overlaps(drawn) == []
     with drover.open_theory(path) as kept:
         assert kept.speed == theory.speed and numpy.array_equal(kept.groups["frames"].rod_density, frames.rod_density)

@@ -165,14 +165,17 @@ TEST(TravellingStateLong, curve_of_bands_turns_at_a_fold_between_the_binodal_and
                (1.0 + std::exp(-band.kappa(-1.0) * (x - 14.0)));
     });
     const std::vector<TravellingState> curve = solver.follow(solver.find(line.spectra(guess)), 0.7, 120);
-    const auto fold = std::min_element(curve.begin(), curve.end(),
-                                       [](const auto& a, const auto& b) { return a.parameter < b.parameter; });
+    const auto fold = std::adjacent_find(curve.begin(), curve.end(),
+                                         [](const auto& a, const auto& b) { return b.parameter > a.parameter; });
     // A finite cell needs more rods than the binodal of an endless one; without order the gas is stable below sigma_c.
     EXPECT_GT(fold->parameter, band.gas);
     EXPECT_LT(fold->parameter, band.sigma_c);
-    // Rounding decides which of the last long steps meets the uniform state, where the curve ends.
     ASSERT_GT(curve.end() - fold, 3) << "the curve continues past the fold";
-    EXPECT_GT(curve.back().parameter, fold->parameter + 0.005);
+    // It meets the uniform state where the longest wave starts to grow, and goes on to the mirror image of the band.
+    const auto onset =
+        std::adjacent_find(fold, curve.end(), [](const auto& a, const auto& b) { return b.parameter < a.parameter; });
+    EXPECT_NEAR(onset->parameter, band.sigma_c, 1e-3);  // of a wave of 60 mm, and of a step
+    EXPECT_GT(curve.back().parameter, curve.front().parameter);
     for (const TravellingState& at : curve) {
         EXPECT_LT(at.residual, 1e-10);
         EXPECT_NEAR(mean_of(line.fields(at.state)[0]), at.parameter, 1e-12);

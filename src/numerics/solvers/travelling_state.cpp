@@ -117,6 +117,7 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
     weights.push_back(1.0 / (range * range));
     // A first step at a given value of the parameter, then along the secant.
     constexpr double first_step = 0.01, largest_step = 0.2, smallest_step = 1e-6;
+    constexpr double largest_bend = 0.5;  // tangent of the angle between steps: farther off are other curves
     Numbers before = numbers_of(first), near = before;
     near[n + 1] += first_step * range;
     const double at_start = variation(Values(before).first(n));
@@ -127,18 +128,21 @@ std::vector<TravellingState> TravellingSolver::follow(const TravellingState& fir
         const Secant along = secant(here, before, weights);
         if (step == 0.0) step = 2.0 * along.length;
         for (std::size_t i = 0; i < near.size(); ++i) near[i] = here[i] + step * along.direction[i];
+        std::optional<TravellingState> found;
         try {
-            points.push_back(solve_near(near, &along.direction, weights));
+            found = solve_near(near, &along.direction, weights);
         } catch (const Error& error) {
-            if (!is_of_scene(error.fault())) throw;
+            if (error.fault() == Fault::input) break;  // beyond, there are no equations
+            if (error.fault() != Fault::run) throw;
+        }
+        const bool is_next = found && variation(numbers_of(*found)) >= vanished * at_start &&
+                             secant(numbers_of(*found), near, weights).length <= largest_bend * step;
+        if (!is_next) {
             step *= 0.5;
-            if (error.fault() != Fault::run || step < smallest_step) break;  // the curve ends
+            if (step < smallest_step) break;  // the curve ends
             continue;
         }
-        if (variation(numbers_of(points.back())) < vanished * at_start) {
-            points.pop_back();  // the curve ends in a uniform state
-            break;
-        }
+        points.push_back(std::move(*found));
         before = here;
         constexpr int few_iterations = 5;
         if (points.back().iterations <= few_iterations) step = std::min(1.5 * step, largest_step);

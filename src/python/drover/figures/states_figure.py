@@ -16,6 +16,7 @@ FIELDS = 4            # panels of fields at most
 NEUTRAL = 1e-9        # of growth rates, relative to the largest: neither growth nor decay
 WIDE, LEFT, RIGHT = (0.95, 9.9), (0.95, 5.4), (7.55, 3.5)  # left edge and width of columns [inches]
 BOTTOM, TOP, GAP = 1.45, 6.95, 0.35
+TURNS = {"curve_fold": "D", "curve_pitchfork": "^"}  # flags of the states where a curve turns, and their markers
 # Numbers of a curve that are drawn first, by parts of their names.
 PREFERRED = ("speed", "max_", "size_", "high", "max")
 
@@ -64,7 +65,7 @@ def is_unstable(curve):
 def numbers_of(curve):
     """Two numbers of the states that vary along the curve."""
     names = [str(name) for name in curve if curve[name].dims == ("point",) and str(name).startswith("curve_")
-             and str(name) not in ("curve_parameter", "curve_fold", "curve_growth_rate")
+             and str(name) not in ("curve_parameter", *TURNS, "curve_growth_rate")
              and float(curve[name].max() - curve[name].min()) > ROUNDING * float(abs(curve[name]).max())]
     best = [name for part in PREFERRED for name in names if part in name.removeprefix("curve_")]
     return list(dict.fromkeys([*best, *names]))[:2]
@@ -85,8 +86,9 @@ def draw_curve(axes, curve, name, states=()):
     for state, colour in zip(states, colours_of(len(states))):
         axes.plot(parameter.values[state], values[state], "s", color=colour, markeredgecolor="black", markersize=6,
                   markeredgewidth=0.6, zorder=3)
-    folds = curve["curve_fold"].values > 0.0
-    axes.plot(parameter.values[folds], values[folds], "D", color=VERMILLION, markersize=5, zorder=4)
+    turns = {kind: curve[kind].values > 0.0 for kind in TURNS if kind in curve}
+    for kind, here in turns.items():
+        axes.plot(parameter.values[here], values[here], TURNS[kind], color=VERMILLION, markersize=5, zorder=4)
     axes.margins(0.06)
     axes.set_xlabel(with_unit(drawable(parameter.attrs.get("comment", "parameter")), parameter))
     axes.set_ylabel(with_unit(words_of(name), curve[name]))
@@ -95,7 +97,7 @@ def draw_curve(axes, curve, name, states=()):
     axes.ticklabel_format(axis="y", useOffset=False)
     keys = [key_of("stable", BLUE, "o")] if not unstable.all() else []
     keys += [key_of("unstable", BLUE, "o", fill="white")] if unstable.any() else []
-    keys += [key_of("fold", VERMILLION, "D")] if folds.any() else []
+    keys += [key_of(words_of(kind), VERMILLION, TURNS[kind]) for kind, here in turns.items() if here.any()]
     make_room_above(axes, 1)
     axes.legend(handles=keys, loc="upper right", ncols=len(keys), columnspacing=1.0)
 
