@@ -192,3 +192,30 @@ time = {dt = 0.05, end = 0.15}
 output = {frame_every = 0.0, sample_every = 0.05}
 """)
     assert "time.dt = 0.05 is too long" in drover(tmp_path, "run", "s.toml", "-q").stdout  # 2.69 for 2.94
+
+
+WAVES = """
+field = [{symbol = "A", rank = "complex"}]
+grid = {nx = 24, ny = 18, lx = 12.0, ly = 9.0}
+time = {dt = 0.1, end = 10.0, stepper = "etdrk2", max_error = 1.0}
+output = {frame_every = 0.0, sample_every = 0.2}
+analysis = {warm_up = 0.0}
+equations = {A = "A + (1 + 0.5 i) lap A - (1 + i) |A|^2 A"}
+[initial]
+kind = "formula"
+A_re = "0.9*cos(2*pi*x/lx) + 0.2"
+A_im = "0.9*sin(2*pi*x/lx) + 0.2*cos(2*pi*y/ly)"
+"""
+
+
+def test_biases_of_structure_factors_hold_where_the_grid_of_the_error_has_their_waves(tmp_path):
+    """Elsewhere the estimate has no error at all, although the shortest waves are wrong by some per cent."""
+    (tmp_path / "waves.toml").write_text(WAVES)
+    exact = ["time.stepper=etdrk4-krogstad", "time.dt=0.02", "accuracy.effort=0"]
+    found, expected = (drover_json(tmp_path, "run", "waves.toml", "-o", f"{len(words)}.h5", "-q", *settings(words))
+                       ["results"]["structure_factor_A_re"]["values"] for words in ([], exact))
+    biases = [shell["step_bias"] for shell in found]
+    assert biases[0] is not None and biases[-2:] == [None, None]
+    for shell, other in zip(found, expected):
+        if shell["step_bias"] is not None:
+            assert abs(shell["mean"] - other["mean"] - shell["step_bias"]) < 4.0 * shell["step_bias_error"]

@@ -6,6 +6,7 @@
 #include "base/mapped.hpp"
 #include "measure/fields.hpp"
 #include "numerics/fields/shells.hpp"
+#include "numerics/steppers/coarse_error.hpp"
 #include "physics/program_functions.hpp"
 #include "run/fields/field_prediction.hpp"
 #include "run/fields/field_simulation.hpp"
@@ -51,6 +52,18 @@ std::vector<PredictedRow> predicted_rows(const model::Model& model, const measur
     return rows;
 }
 
+std::vector<bool> shells_with_errors(const measure::FieldSetting& setting, double shortest) {
+    const numerics::KeptGrid fine{setting.grid, setting.degree};
+    const std::vector<int>& shells = setting.shells.of_mode;
+    std::vector<std::int64_t> missing(setting.shells.q.size());
+    for (const int shell : shells)
+        if (shell >= 0) ++missing[static_cast<std::size_t>(shell)];
+    for (const numerics::ModePair& mode :
+         numerics::shared_modes(numerics::coarse_grid(setting.grid, setting.degree, false, shortest), fine))
+        if (shells[mode.fine] >= 0) --missing[static_cast<std::size_t>(shells[mode.fine])];
+    return mapped(missing, [](std::int64_t modes) { return modes == 0; });
+}
+
 /// The observables that the archive has: those of earlier versions have fewer.
 ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                            const Sampling& sampling) {
@@ -64,7 +77,9 @@ ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene&
     const auto biased = measure::field_observables(setting);
     result.biased.has_all = std::ranges::none_of(biased, is_absent);
     for (const auto& row : biased)
-        result.biased.rows.push_back({row.name, measure::size_of(row.axes), !row.is_of_grid});
+        result.biased.rows.push_back({row.name, measure::size_of(row.axes), !row.is_of_grid,
+                                      !row.axes.empty() && row.axes.back().values == setting.shells.q});
+    result.biased.has_shell = shells_with_errors(setting, what.shortest);
     for (const measure::MeasuredField& field : setting.fields)
         if (!field.counted.empty()) result.biased.densities.push_back(field.counted);
     if (scene.output.powers) setting.terms = names_of_terms(scene, equations);

@@ -38,11 +38,14 @@ struct BiasedRows {
     struct Row {
         std::string name;
         std::size_t values = 1;
-        bool is_of_model = true;  ///< or of the grid
+        bool is_of_model = true;    ///< or of the grid
+        bool is_of_shells = false;  ///< its last axis is |q|
     };
     std::vector<Row> rows = {};
     std::vector<std::string> densities = {};  ///< "rod": those that are counted in boxes
     bool has_all = true;                      ///< false: the archive is of a version with other observables
+    /// For each shell of |q|, whether the coarse grid of the error of the steps has its modes.
+    std::vector<bool> has_shell = {};
 };
 
 struct Report {

@@ -163,15 +163,16 @@ StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& sce
     else differences.shares.assign(differences.times.size(), 0.0);
     const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
     std::size_t first = 0;
-    for (const auto& [name, values, is_of_model] : measured.rows) {
+    for (const auto& [name, values, is_of_model, is_of_shells] : measured.rows) {
         const measure::SummaryRow* summarised = measure::find_row(summary.rows, name);
         for (std::size_t k = 0; k < values && is_of_model; ++k) {
             const measure::Estimate* estimate =
                 summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;
             const double correlation = estimate ? estimate->autocorrelation_time : NAN;
             const bool is_constant = estimate && estimate->error && *estimate->error == 0.0;
-            biases.of[name].push_back(noisy ? by_twins(differences, first + k, correlation)
-                                            : by_comparison(differences, first + k, unseen, is_constant));
+            if (noisy) biases.of[name].push_back(by_twins(differences, first + k, correlation));
+            else if (is_of_shells && !measured.has_shell[k % measured.has_shell.size()]) biases.of[name].emplace_back();
+            else biases.of[name].push_back(by_comparison(differences, first + k, unseen, is_constant));
         }
         first += values;
     }
