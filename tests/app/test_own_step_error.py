@@ -219,3 +219,27 @@ def test_biases_of_structure_factors_hold_where_the_grid_of_the_error_has_their_
     for shell, other in zip(found, expected):
         if shell["step_bias"] is not None:
             assert abs(shell["mean"] - other["mean"] - shell["step_bias"]) < 4.0 * shell["step_bias_error"]
+
+
+@pytest.mark.parametrize("method, dt", [("etdrk4", 0.5), ("cvode-bdf", 0.5), ("etdrk4", 0.25)])
+def test_the_error_of_a_limit_cycle_grows_as_its_phase_does(tmp_path, method, dt):
+    """A Hopf normal form, with outputs less often than its steps: u + i w has the phase 3 t, and 1/r^2 - 1 decays as
+    exp(-2 t).  Along chords between outputs the error grew by a factor of e in a few seconds."""
+    (tmp_path / "cycle.toml").write_text(f"""
+field = [{{symbol = "u"}}, {{symbol = "w"}}]
+grid = {{nx = 8, ny = 1, lx = 8.0, ly = 1.0}}
+time = {{dt = {dt}, end = 40.0, stepper = "{method}", tolerance = 1e-6}}
+output = {{frame_every = 40.0, sample_every = {dt}}}
+initial = {{kind = "formula", u = "0.5"}}
+[equations]
+u = "u - 3 w - (u^2 + w^2) u"
+w = "w + 3 u - (u^2 + w^2) w"
+""")
+    drover(tmp_path, "run", "cycle.toml", "-q")
+    with h5py.File(tmp_path / "cycle.h5") as file:
+        u, w = file["u"][-1].mean(), file["w"][-1].mean()
+    radius = (1.0 + 3.0 * np.exp(-80.0))**-0.5
+    error = np.hypot(u - radius * np.cos(120.0), w - radius * np.sin(120.0))  # of fluctuations of 0.7
+    estimate = errors(tmp_path / "cycle.h5")[1][-1]
+    # Good to a factor of 3; the error of steps that follow a tolerance scatters by as much.
+    assert 0.2 * error < estimate < 10.0 * error

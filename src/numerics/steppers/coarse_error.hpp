@@ -66,6 +66,7 @@ std::vector<FastWave> fast_waves(const System& system, double dt);
 /// Fields on the coarse grid along which the error evolves.
 struct Reference {
     Spectra fields, rate;  // and their explicit terms, N(a)
+    Spectra motion;        // L a + N(a), at the ends of a step without noise
     double t = 0.0;
     double step = 0.0;  // of the error, for which `rate` is; 0 for none: N may depend on it
 };

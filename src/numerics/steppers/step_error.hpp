@@ -10,6 +10,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "numerics/steppers/adaptive_stepper.hpp"
 #include "numerics/steppers/coarse_error.hpp"
+#include "numerics/steppers/linear_operator.hpp"
 
 namespace drover::numerics {
 
@@ -105,8 +106,10 @@ private:
     std::optional<Stepper> linear_step;          // the linear part alone, over a part of a step
     Spectra error, shifted, rate;
     // At the ends of a step of the error and, if it is taken in parts, at a time between them.  Fields held at one of
-    // the ends would change the growth of errors: those of the phase of an oscillation would decay.
+    // the ends would change the growth of errors: those of the phase of an oscillation would decay, and grow along the
+    // chord.
     Reference from, to, between;
+    std::optional<LinearOperator> linear;
     double error_step = 0.0;
     LocalErrors local;
     Spectra drive, driven;  // the local error, without noise per time, and its sum over the steps since the last
@@ -137,6 +140,7 @@ private:
     Stepper& stepper(double steps);
     double longest_change() const;
     void evolve(std::int64_t step);
+    void find_motion();
     void add_unresolved_waves(const Spectra& after);
     void add_random_errors(std::int64_t step, std::uint64_t number);
     void leave_out_direction();
