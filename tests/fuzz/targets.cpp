@@ -16,7 +16,6 @@
 #include "io/calibration.hpp"
 #include "io/export.hpp"
 #include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::fuzz {

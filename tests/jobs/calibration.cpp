@@ -10,7 +10,7 @@
 #include "files/record_folder.hpp"
 #include "files/support.hpp"
 #include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
+#include "io/calibration.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
 #include "jobs/stop_rule.hpp"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
 
 namespace drover::dem {

@@ -6,7 +6,6 @@
 #include <bit>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/contact/body_access.hpp"
 #include "dem/contact/coefficients.hpp"
 #include "dem/impact/impact_increment.hpp"
 #include "drover/base/random.hpp"

@@ -14,7 +14,6 @@
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
 #include "io/calibration.hpp"
-#include "io/trial_record.hpp"
 #include "jobs/calibration/target_plan.hpp"
 #include "jobs/campaign/campaign.hpp"
 #include "run/loop/loop.hpp"

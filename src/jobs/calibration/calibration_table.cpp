@@ -93,20 +93,22 @@ std::string nested(const calibrate::Table& table, const calibrate::TableRow& row
 }  // namespace
 
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table) {
-    for (const calibrate::SetupRow& row : calibrate::setup_rows()) {
+    std::vector<std::vector<calibrate::SetupRow>> rows;
+    for (const CalibrationUnit& unit : layout.units) rows.push_back(calibrate::setup_rows(unit.conditions.setup));
+    for (std::size_t k = 0; !rows.empty() && k < rows.front().size(); ++k) {
+        const calibrate::SetupRow& row = rows.front()[k];
         if (row.by_rods && table.rod_fractions.empty()) continue;
         calibrate::TableRow added{.name = row.name, .unit = row.unit, .formula = row.formula, .by_rods = row.by_rods};
         const TableEntry no_entry = missing("no assay was run at this point");
         added.entries.assign(calibrate::count_of(table, row.by_rods), no_entry);
-        for (const CalibrationUnit& unit : layout.units) {
+        for (std::size_t u = 0; u < layout.units.size(); ++u) {
+            const CalibrationUnit& unit = layout.units[u];
             const calibrate::Population population = layout.assays[unit.assay].population;
             if (row.by_rods && population != calibrate::Population::all) continue;
             if (row.of_rods && population == calibrate::Population::beads) continue;
             TableEntry& entry = added.entries[calibrate::entry_index(table, added, unit.varied, unit.bead, unit.rod)];
-            if (entry.origin == Origin::set) continue;
-            entry = {.value = calibrate::number_of(row, unit.conditions.setup),
-                     .origin = Origin::set,
-                     .remark = calibrate::remark_on(row, unit.conditions.setup)};
+            if (entry.origin != Origin::set)
+                entry = {.value = rows[u][k].number, .origin = Origin::set, .remark = rows[u][k].remark};
         }
         if (added.entries.front().origin == Origin::set) table.rows.push_back(std::move(added));
     }

@@ -21,7 +21,7 @@
 
 #include "calibrate/synthetic.hpp"
 #include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
+#include "io/calibration.hpp"
 #include "jobs/calibration/target_plan.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
