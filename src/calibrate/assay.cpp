@@ -165,8 +165,31 @@ void compare_with_goal(const Assay& assay, const Goal& goal, Measurement& measur
             measurement.reached = false, measurement.unmet = q, largest = found;
     if (!measurement.reached) measurement.unmet_target = unmet_target_of(assay, measurement, goal, largest);
 }
+}  // namespace
 
-Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
+SystemFactory system_factory(double dt) {
+    return [dt](const dem::Setup& setup, std::uint64_t seed) { return std::make_unique<WorldSystem>(setup, dt, seed); };
+}
+
+std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial) {
+    double drawn = 0.0;
+    fill_uniform({.seed = seed, .stream = Stream::trial, .step = number_of_name(assay)}, trial, 1, {&drawn, 1});
+    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
+}
+
+Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
+    require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
+    require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
+            assay.name, conditions.setup.cell.shape);
+    const bool of_beads = assay.population == Population::beads;
+    const char* const bodies = of_beads ? "beads" : "rods";
+    require(of_beads ? conditions.setup.beads.any() : conditions.setup.rods.any(), {},
+            "{}: the setup has no {}; expected {}.area_fraction or {}.count > 0", assay.name, bodies, bodies, bodies);
+    if (assay.check) assay.check(conditions.setup, no_location);
+    return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
+}
+
+Measurement measurement_of(const Assay& assay, std::span<const Trial> trials) {
     require(trials.size() >= 2, {}, "{}: {} trials; expected at least two", assay.name, trials.size());
     for (const Trial& trial : trials)
         require(trial.size() == trials.front().size(), {},
@@ -196,38 +219,6 @@ Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
         found.resamples.push_back(values_of(means_of(trials, chosen)));
     }
     for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.resamples, q);
-    return found;
-}
-}  // namespace
-
-SystemFactory system_factory(double dt) {
-    return [dt](const dem::Setup& setup, std::uint64_t seed) { return std::make_unique<WorldSystem>(setup, dt, seed); };
-}
-
-std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial) {
-    double drawn = 0.0;
-    fill_uniform({.seed = seed, .stream = Stream::trial, .step = number_of_name(assay)}, trial, 1, {&drawn, 1});
-    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
-}
-
-Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
-    require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
-    require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
-            assay.name, conditions.setup.cell.shape);
-    const bool of_beads = assay.population == Population::beads;
-    const char* const bodies = of_beads ? "beads" : "rods";
-    require(of_beads ? conditions.setup.beads.any() : conditions.setup.rods.any(), {},
-            "{}: the setup has no {}; expected {}.area_fraction or {}.count > 0", assay.name, bodies, bodies, bodies);
-    if (assay.check) assay.check(conditions.setup, no_location);
-    return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
-}
-
-std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
-    return resampled(assay, trials).estimates;
-}
-
-Measurement measurement_of(const Assay& assay, std::span<const Trial> trials) {
-    Measurement found = resampled(assay, trials);
     if (assay.conclude) found.diagnosis = assay.conclude(found.estimates);
     return found;
 }

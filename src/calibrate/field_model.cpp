@@ -9,7 +9,7 @@
 #include "base/mapped.hpp"
 #include "calibrate/alignment.hpp"
 #include "calibrate/closures.hpp"
-#include "calibrate/redraw.hpp"
+#include "calibrate/table.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::calibrate {

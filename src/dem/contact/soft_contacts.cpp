@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "dem/contact/coefficients.hpp"
+#include "dem/contact/contact_report.hpp"
 #include "dem/impact/impact_increment.hpp"
 
 namespace drover::dem {
