@@ -116,6 +116,14 @@ Handle dataset_access(std::size_t chunk_bytes, const Hdf5Errors& errors) {
     return access;
 }
 
+/// Attributes: units; long_name, the name in words, for labels; comment, the meaning in full.
+void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
+                       const Hdf5Errors& errors) {
+    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
+    write_text(dataset, "long_name", words_of(name), H5T_STR_NULLPAD, errors);
+    write_text(dataset, "comment", meaning, H5T_STR_NULLPAD, errors);
+}
+
 void make_axis(hid_t group, const Axis& axis, const Hdf5Errors& errors) {
     const Handle dataset = make_dataset(group, axis.name, extent_of({axis.values.size()}, 0), false, errors);
     errors.check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, axis.values.data()),
@@ -180,14 +188,35 @@ void link(hid_t file, const std::string& from, const std::string& to, const Hdf5
     errors.check(H5Lcreate_hard(file, from.c_str(), file, to.c_str(), H5P_DEFAULT, H5P_DEFAULT),
                  text("linking {}", to));
 }
-}  // namespace
 
-void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
-                       const Hdf5Errors& errors) {
-    write_text(dataset, "units", unit, H5T_STR_NULLPAD, errors);
-    write_text(dataset, "long_name", words_of(name), H5T_STR_NULLPAD, errors);
-    write_text(dataset, "comment", meaning, H5T_STR_NULLPAD, errors);
+/// Creates the groups and datasets of a trajectory, and /h5md if it does not exist.
+GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
+    make_head(file, errors);
+    const Handle group = make_path(file, recording.group, errors);
+    if (recording.trajectory->has_box) make_box(file, recording, errors);
+    GroupDatasets created;
+    const auto rows = static_cast<std::size_t>(recording.rows_per_chunk);
+    const std::string first = path_in(recording.group, recording.quantities.front().name);
+    for (const Quantity& quantity : recording.quantities) {
+        const std::string path = path_in(recording.group, quantity.name);
+        const Handle element = make_path(file, path, errors);
+        if (path == first) {
+            const Extent extent = extent_of({}, std::max(time_rows_per_chunk, rows));
+            created.time = make_dataset(element, "time", extent, false, errors);
+            write_description(created.time, "time", "s", "time since the start of the run", errors);
+            created.step = make_dataset(element, "step", extent, true, errors);
+            write_description(created.step, "step", "1", "steps since the start of the run", errors);
+        } else {
+            for (const char* shared : {"/time", "/step"}) link(file, first + shared, path + shared, errors);
+        }
+        created.quantities.push_back(make_dataset(element, "value", extent_of(shape_of(recording, quantity), rows),
+                                                  quantity.is_integer, errors));
+        write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
+    }
+    for (const FixedArray& array : recording.trajectory->fixed) write_fixed(group, array, errors);
+    return created;
 }
+}  // namespace
 
 Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chunk) {
     Extent extent;
@@ -362,33 +391,6 @@ void replace_root_attributes(hid_t file, const std::vector<Attribute>& attribute
     for (const std::string& name : attribute_names(file, errors))
         if (!kept.contains(name)) errors.check(H5Adelete(file, name.c_str()), "removing an attribute");
     write_root_attributes(file, attributes, errors);
-}
-
-GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors) {
-    make_head(file, errors);
-    const Handle group = make_path(file, recording.group, errors);
-    if (recording.trajectory->has_box) make_box(file, recording, errors);
-    GroupDatasets created;
-    const auto rows = static_cast<std::size_t>(recording.rows_per_chunk);
-    const std::string first = path_in(recording.group, recording.quantities.front().name);
-    for (const Quantity& quantity : recording.quantities) {
-        const std::string path = path_in(recording.group, quantity.name);
-        const Handle element = make_path(file, path, errors);
-        if (path == first) {
-            const Extent extent = extent_of({}, std::max(time_rows_per_chunk, rows));
-            created.time = make_dataset(element, "time", extent, false, errors);
-            write_description(created.time, "time", "s", "time since the start of the run", errors);
-            created.step = make_dataset(element, "step", extent, true, errors);
-            write_description(created.step, "step", "1", "steps since the start of the run", errors);
-        } else {
-            for (const char* shared : {"/time", "/step"}) link(file, first + shared, path + shared, errors);
-        }
-        created.quantities.push_back(make_dataset(element, "value", extent_of(shape_of(recording, quantity), rows),
-                                                  quantity.is_integer, errors));
-        write_description(created.quantities.back(), quantity.name, quantity.unit, quantity.meaning, errors);
-    }
-    for (const FixedArray& array : recording.trajectory->fixed) write_fixed(group, array, errors);
-    return created;
 }
 
 }  // namespace drover::files

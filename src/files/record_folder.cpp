@@ -68,6 +68,16 @@ bool appear(const fs::path& file, const fs::path& beside, const std::string& con
     sync_folder_of(file);
     return is_first;
 }
+
+/// A record with its length and its checksum.
+std::vector<std::byte> record_bytes(const std::string& record) {
+    const Bytes content = std::as_bytes(std::span(record));
+    ByteWriter to;
+    to(static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
+    to.add_bytes(content);
+    to(checksum(content));
+    return to.bytes;
+}
 }  // namespace
 
 std::uint64_t fingerprint(const std::string& content) { return checksum(std::as_bytes(std::span(content))); }
@@ -105,15 +115,6 @@ bool are_same(const std::string& one, const std::string& other, const std::strin
         const auto value = default_values.find(row.key);
         return value != default_values.end() && value->second == (row.one ? *row.one : *row.other);
     });
-}
-
-std::vector<std::byte> record_bytes(const std::string& record) {
-    const Bytes content = std::as_bytes(std::span(record));
-    ByteWriter to;
-    to(static_cast<std::uint64_t>(content.size() + sizeof(std::uint64_t)));
-    to.add_bytes(content);
-    to(checksum(content));
-    return to.bytes;
 }
 
 std::vector<std::byte> start_of(const RecordIdentity& identity) {

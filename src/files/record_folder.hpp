@@ -42,9 +42,6 @@ RecordIdentity identity_of(const std::string& job, const std::string& content);
 // The bytes of a file of records: "drvtrls1", the hash of the identity, then records: length, bytes, checksum.  The
 // first is the content of the identity.
 
-/// A record with its length and its checksum.
-std::vector<std::byte> record_bytes(const std::string& record);
-
 /// A file without records.
 std::vector<std::byte> start_of(const RecordIdentity& identity);
 

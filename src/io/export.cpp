@@ -207,8 +207,8 @@ std::string value_in(const std::string& line, const std::string& key) {
     }
     return "";
 }
-}  // namespace
 
+/// The numbers of the frames, of `count`.  Throws an input Error, at `name`, for a frame that is missing.
 std::vector<std::size_t> chosen_frames(const FrameChoice& choice, std::size_t count, const std::string& name) {
     require(count > 0 && choice.frame < static_cast<std::int64_t>(count), {name},
             "has no frame {}; expected one of 0 to {}", choice.frame, count == 0 ? 0 : count - 1);
@@ -219,6 +219,7 @@ std::vector<std::size_t> chosen_frames(const FrameChoice& choice, std::size_t co
     return frames;
 }
 
+/// Throws an input Error for a folder, and for an existing file unless `overwrite` is set and the file may be replaced.
 void check_target(const fs::path& file, bool overwrite, bool (*may_replace)(const fs::path&), const char* else_it_is) {
     std::error_code problem;
     require(!fs::is_directory(file, problem), {file.string()}, "is a folder; expected the name of a file");
@@ -227,6 +228,7 @@ void check_target(const fs::path& file, bool overwrite, bool (*may_replace)(cons
     require(!fs::exists(file, problem) || may_replace(file), {file.string()}, "exists and is {}: choose another name",
             else_it_is);
 }
+}  // namespace
 
 bool is_field_export(const fs::path& file) { return file.extension() == ".vtk" || file.extension() == ".csv"; }
 

@@ -99,23 +99,6 @@ void include_model(LocatedTables& tables, const std::string& scene) {
     tables = std::move(whole);
 }
 
-/// needs_functions: a scene whose terms are functions that this program does not have is an error.
-Scene scene_in(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
-               const physics::TermFunctions& functions, bool needs_functions) {
-    LocatedTables tables = read_tables(toml, name);
-    include_model(tables, name);
-    Scene scene = scene_of(std::move(tables), name, overrides);
-    for (const auto& [number, function] : functions) {
-        require(number >= 1 && number <= scene.model.text_terms.size(), {.file = name},
-                "a function for terms[{}], and the scene has {} terms; expected one of these", number,
-                scene.model.text_terms.size());
-        scene.model.text_terms[number - 1].call = function;
-    }
-    fill_from_table(scene);
-    if (needs_functions || physics::missing_function(scene.model).empty()) check(scene);
-    return scene;
-}
-
 bool is_given(const Scene& scene, const std::string& key) { return scene.places.contains(key); }
 
 /// With one of the numbers of the mean field from the scene it is not that of the table.
@@ -143,6 +126,44 @@ auto with_table(const Scene& scene, Use use) try {
     return use(table, point_of(scene, table));
 } catch (const Error& error) {
     throw Error(error.fault(), locate(scene, "calibrated.table"), error.what());
+}
+
+/// Gives the model those numbers of the table that the scene does not give itself, and notes them in Scene::found.
+/// A scene that gives all of them, such as a resolved one, needs no file.  Throws an input Error at its place for a
+/// table or a state that will not do.
+void fill_from_table(Scene& scene) {
+    CalibratedPlan& plan = scene.calibrated;
+    if (plan.table.empty()) return;
+    for (const auto& [key, fraction] : {std::pair{"calibrated.bead_area_fraction", plan.bead_area_fraction},
+                                        std::pair{"calibrated.rod_area_fraction", plan.rod_area_fraction}})
+        require(fraction > 0.0, locate(scene, key),
+                "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
+    const std::vector<std::string> missing =
+        calibrate::missing_keys(scene.model, plan.coefficients == CoefficientsOf::local,
+                                [&](const std::string& key) { return is_given(scene, key); });
+    if (missing.empty()) return;
+    with_table(scene, [&](const calibrate::Table& table, const calibrate::StatePoint& point) {
+        std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
+                          std::back_inserter(scene.found.filled));
+        if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
+    });
+}
+
+/// needs_functions: a scene whose terms are functions that this program does not have is an error.
+Scene scene_in(const std::string& toml, const std::string& name, std::span<const std::string> overrides,
+               const physics::TermFunctions& functions, bool needs_functions) {
+    LocatedTables tables = read_tables(toml, name);
+    include_model(tables, name);
+    Scene scene = scene_of(std::move(tables), name, overrides);
+    for (const auto& [number, function] : functions) {
+        require(number >= 1 && number <= scene.model.text_terms.size(), {.file = name},
+                "a function for terms[{}], and the scene has {} terms; expected one of these", number,
+                scene.model.text_terms.size());
+        scene.model.text_terms[number - 1].call = function;
+    }
+    fill_from_table(scene);
+    if (needs_functions || physics::missing_function(scene.model).empty()) check(scene);
+    return scene;
 }
 }  // namespace
 
@@ -186,24 +207,6 @@ std::vector<physics::ModelValues> drawn_models(const Scene& scene, int count) {
     const auto keys = mapped(scene.found.filled, &calibrate::FilledNumber::key);
     return with_table(scene, [&](const calibrate::Table& table, const calibrate::StatePoint& point) {
         return calibrate::redrawn_models(table, point, keys, scene.model, count);
-    });
-}
-
-void fill_from_table(Scene& scene) {
-    CalibratedPlan& plan = scene.calibrated;
-    if (plan.table.empty()) return;
-    for (const auto& [key, fraction] : {std::pair{"calibrated.bead_area_fraction", plan.bead_area_fraction},
-                                        std::pair{"calibrated.rod_area_fraction", plan.rod_area_fraction}})
-        require(fraction > 0.0, locate(scene, key),
-                "{} is not given; expected the area fraction of the scene, within those of {}", key, plan.table);
-    const std::vector<std::string> missing =
-        calibrate::missing_keys(scene.model, plan.coefficients == CoefficientsOf::local,
-                                [&](const std::string& key) { return is_given(scene, key); });
-    if (missing.empty()) return;
-    with_table(scene, [&](const calibrate::Table& table, const calibrate::StatePoint& point) {
-        std::ranges::move(calibrate::fill_model(table, point, missing, scene.model),
-                          std::back_inserter(scene.found.filled));
-        if (has_mean_field_of_table(scene, missing)) scene.found.expected = calibrate::expected_texts(table, point);
     });
 }
 

@@ -342,8 +342,8 @@ void add_cost(const io::Scene& scene, run::Record& root) {
                                                           : "scaled from a few steps on a smaller grid"));
     root.footer.push_back("archive " + run::archive_path(scene).string());
 }
-}  // namespace
 
+/// The part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
 run::Record explain_particles(const io::Scene& scene) {
     const dem::Setup& setup = scene.particles;
     const dem::Bodies bodies = dem::make_bodies(setup, static_cast<std::uint64_t>(scene.run.seed));
@@ -367,6 +367,7 @@ run::Record explain_particles(const io::Scene& scene) {
     add_calibration(scene, root);
     return root;
 }
+}  // namespace
 
 run::Result explain(const io::Scene& scene) {
     run::Record root = scene.kind == io::SceneKind::particles ? explain_particles(scene) : explain_fields(scene);

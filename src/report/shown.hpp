@@ -37,8 +37,6 @@ std::vector<std::string> check_scene(const io::Scene& scene);
 /// Fields, the terms of their equations, coefficients, kept modes and the growth about the references, or bodies;
 /// memory, disk and wall time, for which a few steps are timed.  Of a scene with a time step.
 run::Result explain(const io::Scene& scene);
-/// Its part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
-run::Record explain_particles(const io::Scene& scene);
 
 /// Throws as check_output: for the start of a command, before it computes the result.  `inputs`: beside those of the
 /// scene.

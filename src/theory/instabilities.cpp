@@ -240,6 +240,27 @@ std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, con
     std::ranges::sort(places);
     return places;
 }
+
+/// The wave of the maximum next to a place, as log |q| and angle, or the uniform state where that grows faster.
+/// log_q: the places of the search; step_angle: between its angles, 0 where all directions are equivalent.
+FastestWave refined_wave(const model::LinearisedAt& at, const GrowthSearch& search, const std::vector<double>& log_q,
+                         std::pair<double, double> place, double step_angle) {
+    const double step = log_q[1] - log_q[0];
+    if (step_angle > 0.0) place = climbed(at, place, {step, step_angle}, search);
+    place.first = numerics::refined_maximum(log_q, place.first,
+                                            [&](double x) { return growth_rate(at, std::exp(x), place.second); });
+    FastestWave wave{.q = std::exp(place.first), .angle = place.second};
+    wave.angle -= std::numbers::pi * std::floor(wave.angle / std::numbers::pi);  // waves of q and -q are conjugates
+    wave.growth = growth(at, wave.q, wave.angle);
+    wave.at_min = place.first < log_q.front() + 1e-6 * step;
+    wave.at_max = place.first > log_q.back() - 1e-6 * step;
+    if (const Growth uniform = growth(at, 0.0); uniform.rate >= wave.growth.rate)
+        wave = {.q = 0.0, .angle = 0.0, .growth = uniform};
+    const numerics::Wavevector q = at.wavevector(wave.q, wave.angle);
+    wave.shape = at.all_components(q) * modes(at, q).shapes.col(0);
+    wave.shares = term_shares(at, q);
+    return wave;
+}
 }  // namespace
 
 GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& search, Threads& threads) {
@@ -326,25 +347,6 @@ std::vector<Band> growth_bands(const model::LinearisedAt& at, double angle, cons
     }
     if (inside) bands.back().reaches_max = true;
     return bands;
-}
-
-FastestWave refined_wave(const model::LinearisedAt& at, const GrowthSearch& search, const std::vector<double>& log_q,
-                         std::pair<double, double> place, double step_angle) {
-    const double step = log_q[1] - log_q[0];
-    if (step_angle > 0.0) place = climbed(at, place, {step, step_angle}, search);
-    place.first = numerics::refined_maximum(log_q, place.first,
-                                            [&](double x) { return growth_rate(at, std::exp(x), place.second); });
-    FastestWave wave{.q = std::exp(place.first), .angle = place.second};
-    wave.angle -= std::numbers::pi * std::floor(wave.angle / std::numbers::pi);  // waves of q and -q are conjugates
-    wave.growth = growth(at, wave.q, wave.angle);
-    wave.at_min = place.first < log_q.front() + 1e-6 * step;
-    wave.at_max = place.first > log_q.back() - 1e-6 * step;
-    if (const Growth uniform = growth(at, 0.0); uniform.rate >= wave.growth.rate)
-        wave = {.q = 0.0, .angle = 0.0, .growth = uniform};
-    const numerics::Wavevector q = at.wavevector(wave.q, wave.angle);
-    wave.shape = at.all_components(q) * modes(at, q).shapes.col(0);
-    wave.shares = term_shares(at, q);
-    return wave;
 }
 
 }  // namespace drover::theory

@@ -83,6 +83,13 @@ SetRule parsed(const std::string& given) {
     const std::string place = text("{} {}", option, name);
     return {given, &*found, found->limit_of(trimmed(given.substr(equals + 1)), place)};
 }
+
+/// The first rule that is met; "": none.
+std::string met_rule(const Progress& progress) {
+    for (const SetRule& one : set_rules())
+        if (one.rule->reached(progress) >= one.limit) return text("{} {}", option, one.text);
+    return "";
+}
 }  // namespace
 
 struct Campaign::State {
@@ -434,12 +441,6 @@ std::string stop_rules_help() {
     std::string help;
     for (const StopRule& rule : rules) help += text("{}{}: {}", help.empty() ? "" : "; ", rule.name, rule.meaning);
     return help;
-}
-
-std::string met_rule(const Progress& progress) {
-    for (const SetRule& one : set_rules())
-        if (one.rule->reached(progress) >= one.limit) return text("{} {}", option, one.text);
-    return "";
 }
 
 }  // namespace drover::jobs

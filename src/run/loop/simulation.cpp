@@ -103,29 +103,6 @@ std::string progress_text(const Simulation& simulation, std::int64_t first, std:
         line += text(", estimated error of the steps {:.2g}", *error);
     return line;
 }
-
-/// Returns the last step that was taken.
-std::int64_t advance_to_end(Simulation& simulation, std::int64_t first, files::Archive& archive, Commits& commits,
-                            const LoopFiles& files, bool quiet) {
-    Clock::time_point last_checkpoint = Clock::now();
-    ProgressLine progress(quiet);
-    std::int64_t step = first;
-    while (step < simulation.steps && stop_signal() == 0) {
-        keeping_frames(commits, [&] { simulation.advance(step); });
-        ++step;
-        if (is_checked(simulation, step)) keeping_frames(commits, [&] { simulation.check_health(step); });
-        commits.append_due(simulation, step);
-        commits.commit_if_due();
-        if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
-            keeping_frames(commits, [&] { simulation.check_health(step); });
-            save(simulation, step, archive, commits, files);
-            last_checkpoint = Clock::now();
-        }
-        progress.show([&](double elapsed) { return progress_text(simulation, first, step, elapsed); });
-    }
-    if (step != first) keeping_frames(commits, [&] { simulation.check_health(step); });
-    return step;
-}
 }  // namespace
 
 std::vector<std::span<const double>> store_in_place(std::vector<std::vector<double>>& arrays,
@@ -177,7 +154,22 @@ LoopOutcome run_loop(Simulation& simulation, std::int64_t first, files::Archive&
         commits.append_due(simulation, 0);
         save(simulation, 0, archive, commits, files);
     }
-    const std::int64_t step = advance_to_end(simulation, first, archive, commits, files, quiet);
+    std::int64_t step = first;
+    Clock::time_point last_checkpoint = Clock::now();
+    for (ProgressLine progress(quiet); step < simulation.steps && stop_signal() == 0;) {
+        keeping_frames(commits, [&] { simulation.advance(step); });
+        ++step;
+        if (is_checked(simulation, step)) keeping_frames(commits, [&] { simulation.check_health(step); });
+        commits.append_due(simulation, step);
+        commits.commit_if_due();
+        if (seconds_since(last_checkpoint) > 60.0 * files.checkpoint_minutes && step < simulation.steps) {
+            keeping_frames(commits, [&] { simulation.check_health(step); });
+            save(simulation, step, archive, commits, files);
+            last_checkpoint = Clock::now();
+        }
+        progress.show([&](double elapsed) { return progress_text(simulation, first, step, elapsed); });
+    }
+    if (step != first) keeping_frames(commits, [&] { simulation.check_health(step); });
     save(simulation, step, archive, commits, files);
     // Every recording has a row of the last step.  It is written after the last checkpoint, which counts only scheduled
     // rows: a run that is extended later has the same rows as one of that length from the start.

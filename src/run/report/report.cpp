@@ -239,6 +239,88 @@ void add_boxes(const std::vector<std::string>& densities, const measure::Summary
             biases.of[start + "_exponent" + family.ending] = std::move(exponents);
         }
 }
+
+/// From what the archive of a run of fields has recorded, for the rows of its summary.
+/// is_exact: every term is linear.
+StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
+                       const BiasedRows& measured, const measure::Summary& summary) {
+    StepBiases biases;
+    for (const std::string& density : measured.densities) biases.exact.push_back(density + "_number");
+    biases.state = is_exact ? StepBiasState::exact : step_bias_state(scene);
+    const std::string group = step_bias_group;
+    if (biases.state == StepBiasState::measured && (!measured.has_all || !archive.has(group + "/late")))
+        biases.state = StepBiasState::not_measured;
+    if (biases.state != StepBiasState::measured) return biases;
+    const std::vector<double> times = archive.read(group + "/time").values,
+                              steps = archive.read(group + "/steps").values,
+                              late = archive.read(group + "/late").values,
+                              early = archive.read(group + "/early").values;
+    std::size_t size = 0;
+    for (const BiasedRows::Row& row : measured.rows) size += row.values;
+    const bool noisy = io::has_noise(scene);
+    const double warm_up = static_cast<double>(summary.warm_up) *
+                           (scene.output.sample_every > 0.0 ? scene.output.sample_every : scene.time.end);
+    Differences differences;
+    for (std::size_t i = 0; i < times.size() && (i + 1) * size <= late.size(); ++i) {
+        const double length = noisy ? steps[i] * scene.time.dt : 0.0;
+        if (steps[i] == 0.0 || times[i] - length < warm_up * (1.0 - 1e-9)) continue;
+        differences.times.push_back(times[i]);
+        differences.lengths.push_back(length);
+        differences.late.push_back(late.data() + i * size);
+        differences.early.push_back(early.data() + i * size);
+    }
+    const std::vector<double> samples = archive.read(std::string(field_samples_group) + "/time").values;
+    if (!samples.empty() && samples.back() > warm_up)
+        differences.shares = shares_of(differences.times, warm_up, samples.back());
+    else differences.shares.assign(differences.times.size(), 0.0);
+    const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
+    std::size_t first = 0;
+    for (const auto& [name, values, is_of_model] : measured.rows) {
+        const measure::SummaryRow* summarised = measure::find_row(summary.rows, name);
+        for (std::size_t k = 0; k < values && is_of_model; ++k) {
+            const measure::Estimate* estimate =
+                summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;
+            const double correlation = estimate ? estimate->autocorrelation_time : NAN;
+            const bool is_constant = estimate && estimate->error && *estimate->error == 0.0;
+            biases.of[name].push_back(noisy ? by_twins(differences, first + k, correlation)
+                                            : by_comparison(differences, first + k, unseen, is_constant));
+        }
+        first += values;
+    }
+    add_boxes(measured.densities, summary, biases);
+    return biases;
+}
+
+/// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
+std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
+                                            const measure::Summary& summary) {
+    constexpr double large = 0.1;
+    std::string worst;
+    double worst_ratio = large;
+    std::size_t others = 0;
+    for (const measure::SummaryRow& row : summary.rows)
+        for (std::size_t k = 0; k < row.estimates.size(); ++k) {
+            const StepBiasEstimate* found = biases.find(row.name, k);
+            const measure::Estimate& estimate = row.estimates[k];
+            const double size = std::abs(estimate.mean), scatter = estimate.error.value_or(NAN);
+            if (found == nullptr || !found->is_resolved() || !(size > 10.0 * scatter)) continue;
+            // Of several hundred numbers some exceed two standard errors by chance.
+            if (!(std::abs(found->bias) > 3.0 * found->error)) continue;
+            const double ratio = std::abs(found->bias) / size;
+            if (!(ratio > large)) continue;
+            ++others;
+            if (ratio <= worst_ratio) continue;
+            worst_ratio = ratio;
+            worst = row.name;
+            if (!row.axes.empty() && row.axes.size() == 1)
+                worst += text(" at {} = {:.3g} {}", row.axes[0].name, row.axes[0].values[k], row.axes[0].unit);
+            worst += text(" by {}", step_bias_text(biases, scene, row.name, k, estimate));
+        }
+    if (worst.empty()) return {};
+    return {text("the time step biases {}{}; expected less than {:.0f} %: choose time.dt = {}", worst,
+                 others > 1 ? text(", and {} other numbers by more than a tenth", others - 1) : "", 100.0 * large,
+                 scene.time.dt * std::exp2(-std::ceil(std::log2(worst_ratio / large))))};
+}
 }  // namespace
 
 std::size_t rows_on_schedule(const std::vector<double>& times, double spacing) {
@@ -340,85 +422,6 @@ Report make_field_report(const files::ArchiveReader& archive, const io::Scene& s
 const StepBiasEstimate* StepBiases::find(const std::string& row, std::size_t component) const {
     const auto found = of.find(row);
     return found == of.end() || component >= found->second.size() ? nullptr : &found->second[component];
-}
-
-StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
-                       const BiasedRows& measured, const measure::Summary& summary) {
-    StepBiases biases;
-    for (const std::string& density : measured.densities) biases.exact.push_back(density + "_number");
-    biases.state = is_exact ? StepBiasState::exact : step_bias_state(scene);
-    const std::string group = step_bias_group;
-    if (biases.state == StepBiasState::measured && (!measured.has_all || !archive.has(group + "/late")))
-        biases.state = StepBiasState::not_measured;
-    if (biases.state != StepBiasState::measured) return biases;
-    const std::vector<double> times = archive.read(group + "/time").values,
-                              steps = archive.read(group + "/steps").values,
-                              late = archive.read(group + "/late").values,
-                              early = archive.read(group + "/early").values;
-    std::size_t size = 0;
-    for (const BiasedRows::Row& row : measured.rows) size += row.values;
-    const bool noisy = io::has_noise(scene);
-    const double warm_up = static_cast<double>(summary.warm_up) *
-                           (scene.output.sample_every > 0.0 ? scene.output.sample_every : scene.time.end);
-    Differences differences;
-    for (std::size_t i = 0; i < times.size() && (i + 1) * size <= late.size(); ++i) {
-        const double length = noisy ? steps[i] * scene.time.dt : 0.0;
-        if (steps[i] == 0.0 || times[i] - length < warm_up * (1.0 - 1e-9)) continue;
-        differences.times.push_back(times[i]);
-        differences.lengths.push_back(length);
-        differences.late.push_back(late.data() + i * size);
-        differences.early.push_back(early.data() + i * size);
-    }
-    const std::vector<double> samples = archive.read(std::string(field_samples_group) + "/time").values;
-    if (!samples.empty() && samples.back() > warm_up)
-        differences.shares = shares_of(differences.times, warm_up, samples.back());
-    else differences.shares.assign(differences.times.size(), 0.0);
-    const double unseen = noisy ? 1.0 : unseen_error(archive, warm_up, differences);
-    std::size_t first = 0;
-    for (const auto& [name, values, is_of_model] : measured.rows) {
-        const measure::SummaryRow* summarised = measure::find_row(summary.rows, name);
-        for (std::size_t k = 0; k < values && is_of_model; ++k) {
-            const measure::Estimate* estimate =
-                summarised && k < summarised->estimates.size() ? &summarised->estimates[k] : nullptr;
-            const double correlation = estimate ? estimate->autocorrelation_time : NAN;
-            const bool is_constant = estimate && estimate->error && *estimate->error == 0.0;
-            biases.of[name].push_back(noisy ? by_twins(differences, first + k, correlation)
-                                            : by_comparison(differences, first + k, unseen, is_constant));
-        }
-        first += values;
-    }
-    add_boxes(measured.densities, summary, biases);
-    return biases;
-}
-
-std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
-                                            const measure::Summary& summary) {
-    constexpr double large = 0.1;
-    std::string worst;
-    double worst_ratio = large;
-    std::size_t others = 0;
-    for (const measure::SummaryRow& row : summary.rows)
-        for (std::size_t k = 0; k < row.estimates.size(); ++k) {
-            const StepBiasEstimate* found = biases.find(row.name, k);
-            const measure::Estimate& estimate = row.estimates[k];
-            const double size = std::abs(estimate.mean), scatter = estimate.error.value_or(NAN);
-            if (found == nullptr || !found->is_resolved() || !(size > 10.0 * scatter)) continue;
-            // Of several hundred numbers some exceed two standard errors by chance.
-            if (!(std::abs(found->bias) > 3.0 * found->error)) continue;
-            const double ratio = std::abs(found->bias) / size;
-            if (!(ratio > large)) continue;
-            ++others;
-            if (ratio <= worst_ratio) continue;
-            worst_ratio = ratio;
-            worst = row.name;
-            if (!row.axes.empty() && row.axes.size() == 1)
-                worst += text(" at {} = {:.3g} {}", row.axes[0].name, row.axes[0].values[k], row.axes[0].unit);
-            worst += text(" by {}", step_bias_text(biases, scene, row.name, k, estimate));
-        }
-    if (worst.empty()) return {};
-    return {text("the time step biases {}{}; expected less than {:.0f} %: choose time.dt = {}", worst,
-                 others > 1 ? text(", and {} other numbers by more than a tenth", others - 1) : "", 100.0 * large,
-                 scene.time.dt * std::exp2(-std::ceil(std::log2(worst_ratio / large))))};
 }
 
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,
