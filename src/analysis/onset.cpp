@@ -3,7 +3,7 @@
 
 #include "base/constants.hpp"
 #include "io/calibration.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

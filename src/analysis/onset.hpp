@@ -5,7 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include "calibrate/field_model.hpp"
 #include "calibrate/onset.hpp"
 #include "io/scene.hpp"
 #include "run/result.hpp"

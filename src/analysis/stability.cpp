@@ -7,7 +7,7 @@
 
 #include "base/constants.hpp"
 #include "calibrate/slow_order.hpp"
-#include "measure/unit_product.hpp"
+#include "measure/summary.hpp"
 #include "physics/equations.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "theory/instabilities.hpp"

@@ -10,7 +10,7 @@
 #include "base/constants.hpp"
 #include "base/mapped.hpp"
 #include "drover/theory/theory.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
 #include "physics/integrated.hpp"

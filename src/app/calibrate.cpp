@@ -47,8 +47,8 @@ int print_outcome(const CalibrateOptions& options, const jobs::CalibrationOutcom
 
 int calibrate_scene(const CalibrateOptions& options) {
     const io::Scene scene = io::read_scene(options.scene, options.overrides);
-    jobs::CalibrationOptions how{job_of(options, ".calibration"), jobs::parse_accuracy_targets(options.targets)};
-    if (!options.budget.empty()) how.budget = seconds_of(options.budget, "--budget");
+    const double budget = options.budget.empty() ? INFINITY : seconds_of(options.budget, "--budget");
+    const jobs::TargetOptions how = jobs::target_options(job_of(options, ".calibration"), options.targets, budget);
     std::vector<std::string> words;
     for (const std::string& target : options.targets) words.insert(words.end(), {"--want", target});
     if (!options.budget.empty()) words.insert(words.end(), {"--budget", options.budget});

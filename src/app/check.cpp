@@ -3,7 +3,7 @@
 
 #include "app/command.hpp"
 #include "base/log.hpp"
-#include "jobs/check_scene.hpp"
+#include "report/shown.hpp"
 
 namespace drover::app {
 
@@ -19,7 +19,7 @@ void add_check(CLI::App& program, Action& action) {
     command->add_flag("--resolved", options->resolved, "Print every key with its value, as TOML");
     when_chosen(*command, action, options, [](const Options& given) {
         const io::Scene scene = scene_of(given);
-        const std::vector<std::string> warnings = jobs::check_scene(scene);
+        const std::vector<std::string> warnings = report::check_scene(scene);
         if (given.resolved) std::fputs(io::resolved_text(scene).c_str(), stdout);
         else print(given.scene + ": valid\n");
         for (const std::string& warning : warnings) log_warning("{}", warning);

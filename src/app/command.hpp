@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "files/archive.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/campaign/job_options.hpp"
 #include "run/loop/signals.hpp"
 #include "run/report/report.hpp"

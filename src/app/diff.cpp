@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.hpp"
-#include "run/loop/same_run.hpp"
+#include "run/loop/provenance.hpp"
 
 namespace drover::app {
 

@@ -13,9 +13,8 @@ struct TradeoffCommand : JobCommand {
 };
 
 int study_scene(const TradeoffCommand& options) {
-    const double budget = seconds_of(options.budget, "--budget");
-    const jobs::TradeoffOptions study{job_of(options, ".tradeoff"), jobs::parse_accuracy_targets(options.targets),
-                                      budget, budget};
+    const jobs::TargetOptions study =
+        jobs::target_options(job_of(options, ".tradeoff"), options.targets, seconds_of(options.budget, "--budget"));
     const io::Scene scene = io::read_scene(options.scene, options.overrides);
     std::vector<std::string> words{"--budget", options.budget};
     for (const std::string& target : options.targets) words.insert(words.end(), {"--want", target});

@@ -97,21 +97,18 @@ Value checked_value(const Description& row, const std::string& section, const Lo
         fail_input(found.where, "{} = {}; expected {}: {}", key, toml_text(found.value), expected_text(row), row.doc);
     };
     if (value.index() != row.default_value.index()) reject();
-    if (const auto* number = std::get_if<double>(&value); number && !in_range(row.range, *number)) reject();
-    if (const auto* whole = std::get_if<std::int64_t>(&value);
-        whole && !in_range(row.range, static_cast<double>(*whole)))
-        reject();
-    if (const auto* list = std::get_if<std::vector<double>>(&value))
-        for (const double number : *list)
-            if (!in_range(row.range, number)) reject();
+    const auto check_number = [&](double number) {
+        if (!in_range(row.range, number)) reject();
+    };
     const auto check_word = [&](const std::string& word) {
         if (row.choices.empty() || std::ranges::find(row.choices, word) != row.choices.end()) return;
         fail_input(found.where, "{} = {}; expected {}{}", key, toml_text(value), expected_text(row),
                    suggestion(word, row.choices, "", "; did you mean \"{}\"?"));
     };
-    if (const auto* word = std::get_if<std::string>(&value)) check_word(*word);
-    if (const auto* words = std::get_if<std::vector<std::string>>(&value))
-        for (const std::string& word : *words) check_word(word);
+    std::visit(Match{[](bool) {}, [&](std::int64_t held) { check_number(static_cast<double>(held)); }, check_number,
+                     check_word, [&](const std::vector<double>& held) { std::ranges::for_each(held, check_number); },
+                     [&](const std::vector<std::string>& held) { std::ranges::for_each(held, check_word); }},
+               value);
     return value;
 }
 

@@ -87,6 +87,11 @@ std::string joined(std::span<const std::string> items, std::string_view separato
     return result;
 }
 
+std::string words_of(std::string name) {
+    std::ranges::replace(name, '_', ' ');
+    return name;
+}
+
 std::size_t utf8_bytes(std::string_view words) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(words[i]); };
     if (byte(0) < 0x80) return 1;

@@ -5,7 +5,6 @@
 
 #include "drover/base/error.hpp"
 #include "drover/base/schema.hpp"
-#include "drover/base/text.hpp"
 
 namespace drover {
 

@@ -1,18 +1,90 @@
-// calibrate/assay.cpp: seeds of trials, errors over trials, and the stopping rule.
+// calibrate/assay.cpp: systems of the particle world; seeds of trials, errors over trials, and the stopping rule.
 #include "drover/calibrate/assay.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/constants.hpp"
 #include "base/draws.hpp"
+#include "base/mapped.hpp"
 #include "calibrate/table.hpp"
+#include "dem/packing/packing.hpp"
 #include "drover/base/error.hpp"
 #include "drover/base/random.hpp"
+#include "drover/base/threads.hpp"
+#include "drover/dem/world.hpp"
 
 namespace drover::calibrate {
 
 namespace {
+class WorldSystem : public ParticleSystem {
+public:
+    WorldSystem(const dem::Setup& setup, double dt, std::uint64_t seed)
+        : world_(setup, dem::pack(setup, seed), dt, seed, threads_), bodies_(world_.bodies()) {}
+
+    void impose(const dem::BodyForces& forces) override { world_.set_forces(forces); }
+
+    void advance_to(double time) override {
+        const double steps = std::round(time / world_.dt());
+        require(steps >= static_cast<double>(step_) && steps < 0x1p53, {},
+                "advance_to({}) at t = {} s; expected a finite time that is not earlier", time,
+                static_cast<double>(step_) * world_.dt());
+        const auto end = static_cast<std::int64_t>(steps);
+        while (step_ < end) world_.advance(step_++);
+        bodies_ = world_.bodies();
+    }
+
+    std::vector<RodPose> rods() const override {
+        return mapped(bodies_.rods, [](const dem::Rod& rod) {
+            return RodPose{rod.position.x, rod.position.y, std::atan2(rod.axis.y, rod.axis.x)};
+        });
+    }
+
+    BeadMotion beads() const override {
+        return {.x = mean([](const dem::Bead& bead) { return bead.position.x; }),
+                .y = mean([](const dem::Bead& bead) { return bead.position.y; }),
+                .vx = mean([](const dem::Bead& bead) { return bead.velocity.x; }),
+                .vy = mean([](const dem::Bead& bead) { return bead.velocity.y; })};
+    }
+
+    std::vector<Position> bead_positions() const override {
+        return mapped(bodies_.beads, [](const dem::Bead& bead) { return Position{bead.position.x, bead.position.y}; });
+    }
+
+    double shear_wave(int waves) const override {
+        check_waves(waves);
+        const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.ly;
+        const auto wave = [q](const dem::Bead& bead) { return std::sin(q * bead.position.y); };
+        // Least-squares fit to the velocities, as in the force that holds the wave.
+        return mean([&](const dem::Bead& bead) { return bead.velocity.x * wave(bead); }) /
+               mean([&](const dem::Bead& bead) { return wave(bead) * wave(bead); });
+    }
+
+    double density_wave(int waves) const override {
+        check_waves(waves);
+        const double q = 2.0 * std::numbers::pi * waves / world_.setup().cell.lx;
+        return 2.0 * mean([q](const dem::Bead& bead) { return std::cos(q * bead.position.x); });
+    }
+
+private:
+    void check_waves(int waves) const {
+        require(waves >= 1 && !bodies_.beads.empty(), {}, "{} waves of {} beads; expected 1 or more of each", waves,
+                bodies_.beads.size());
+    }
+    template <class Function>
+    double mean(Function function) const {
+        double total = 0.0;
+        for (const dem::Bead& bead : bodies_.beads) total += function(bead);
+        return bodies_.beads.empty() ? 0.0 : total / static_cast<double>(bodies_.beads.size());
+    }
+
+    Threads threads_{1};
+    dem::World world_;
+    dem::Bodies bodies_;
+    std::int64_t step_ = 0;
+};
+
 constexpr double max_failing =
     0.02;  // fraction of resamples; they lie in the tails, so the error without them is too small
 
@@ -93,8 +165,31 @@ void compare_with_goal(const Assay& assay, const Goal& goal, Measurement& measur
             measurement.reached = false, measurement.unmet = q, largest = found;
     if (!measurement.reached) measurement.unmet_target = unmet_target_of(assay, measurement, goal, largest);
 }
+}  // namespace
 
-Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
+SystemFactory system_factory(double dt) {
+    return [dt](const dem::Setup& setup, std::uint64_t seed) { return std::make_unique<WorldSystem>(setup, dt, seed); };
+}
+
+std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial) {
+    double drawn = 0.0;
+    fill_uniform({.seed = seed, .stream = Stream::trial, .step = number_of_name(assay)}, trial, 1, {&drawn, 1});
+    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
+}
+
+Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
+    require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
+    require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
+            assay.name, conditions.setup.cell.shape);
+    const bool of_beads = assay.population == Population::beads;
+    const char* const bodies = of_beads ? "beads" : "rods";
+    require(of_beads ? conditions.setup.beads.any() : conditions.setup.rods.any(), {},
+            "{}: the setup has no {}; expected {}.area_fraction or {}.count > 0", assay.name, bodies, bodies, bodies);
+    if (assay.check) assay.check(conditions.setup, no_location);
+    return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
+}
+
+Measurement measurement_of(const Assay& assay, std::span<const Trial> trials) {
     require(trials.size() >= 2, {}, "{}: {} trials; expected at least two", assay.name, trials.size());
     for (const Trial& trial : trials)
         require(trial.size() == trials.front().size(), {},
@@ -124,34 +219,6 @@ Measurement resampled(const Assay& assay, std::span<const Trial> trials) {
         found.resamples.push_back(values_of(means_of(trials, chosen)));
     }
     for (std::size_t q = 0; q < found.estimates.size(); ++q) set_error_and_bias(found.estimates[q], found.resamples, q);
-    return found;
-}
-}  // namespace
-
-std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint64_t trial) {
-    double drawn = 0.0;
-    fill_uniform({.seed = seed, .stream = Stream::trial, .step = number_of_name(assay)}, trial, 1, {&drawn, 1});
-    return static_cast<std::uint64_t>(std::ldexp(drawn, 52));  // 52 bits: exact as a double, which a checkpoint may use
-}
-
-Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial) {
-    require(static_cast<bool>(assay.trial), {}, "{}: no function of a trial; expected an assay with one", assay.name);
-    require(dem::is_periodic(conditions.setup.cell), {}, "{}: the cell shape is \"{}\"; expected \"periodic\"",
-            assay.name, conditions.setup.cell.shape);
-    const bool of_beads = assay.population == Population::beads;
-    const char* const bodies = of_beads ? "beads" : "rods";
-    require(of_beads ? conditions.setup.beads.any() : conditions.setup.rods.any(), {},
-            "{}: the setup has no {}; expected {}.area_fraction or {}.count > 0", assay.name, bodies, bodies, bodies);
-    if (assay.check) assay.check(conditions.setup, no_location);
-    return assay.trial(make, conditions.setup, trial_seed(conditions.seed, assay.name, trial));
-}
-
-std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials) {
-    return resampled(assay, trials).estimates;
-}
-
-Measurement measurement_of(const Assay& assay, std::span<const Trial> trials) {
-    Measurement found = resampled(assay, trials);
     if (assay.conclude) found.diagnosis = assay.conclude(found.estimates);
     return found;
 }

@@ -9,7 +9,7 @@
 #include "base/mapped.hpp"
 #include "calibrate/alignment.hpp"
 #include "calibrate/closures.hpp"
-#include "calibrate/redraw.hpp"
+#include "calibrate/table.hpp"
 #include "physics/model_keys.hpp"
 
 namespace drover::calibrate {
@@ -177,14 +177,25 @@ void set_number(const std::string& key, const Uncertain& number, physics::ModelV
             range.min_open ? ">" : ">=", range.min);
     place->set(model, number.value);
 }
-}  // namespace
 
+/// Throws an input Error where a divisor at a node is not significantly different from 0.
+void check_nodes(const Table& table, const StatePoint& point, OrderKind kind) {
+    const std::vector<Closure> wanted = closures_for(node_keys, kind);
+    const Interpolated rows(table, inputs_of(wanted), point);
+    for (const double bead : table.bead_fractions)
+        for (const double rod : table.rod_fractions)
+            for (std::size_t i = 0; i < wanted.size(); ++i)
+                check_divisors(rows.at(bead, rod), wanted[i].under, node_keys[i], node_keys[i]);
+}
+
+/// Keys of a model that a table can fill in, in the order of a scene, such as "uniform.bead_density".
 std::vector<std::string> calibrated_keys() {
     std::vector<std::string> keys;
     for (const Closure& one : closures())
         if (!one.key.empty()) keys.push_back(one.key);
     return keys;
 }
+}  // namespace
 
 std::vector<double> field_values(const Table& table, const std::vector<std::string>& keys, const StatePoint& point,
                                  OrderKind kind) {
@@ -205,15 +216,6 @@ std::vector<FieldNumber> field_numbers(const Table& table, const std::vector<std
         return FieldNumber{.number = {.value = closure.value(measured), .error = drawn.error_of(closure.value)},
                            .origin = origin_of(closure, table, measured, point)};
     });
-}
-
-void check_nodes(const Table& table, const StatePoint& point, OrderKind kind) {
-    const std::vector<Closure> wanted = closures_for(node_keys, kind);
-    const Interpolated rows(table, inputs_of(wanted), point);
-    for (const double bead : table.bead_fractions)
-        for (const double rod : table.rod_fractions)
-            for (std::size_t i = 0; i < wanted.size(); ++i)
-                check_divisors(rows.at(bead, rod), wanted[i].under, node_keys[i], node_keys[i]);
 }
 
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind) {

@@ -21,9 +21,6 @@ struct StatePoint {
 /// (The current p = sigma u P of the paper's Methods would need powers of sigma u; calibrated scenes keep u.)
 enum class OrderKind { orientation, density };
 
-/// Keys of a model that a table can fill in, in the order of a scene, such as "uniform.bead_density".
-std::vector<std::string> calibrated_keys();
-
 /// A number of the model and its origin.
 struct FieldNumber {
     Uncertain number;
@@ -54,8 +51,6 @@ std::vector<double> field_values(const Table& table, const std::vector<std::stri
 /// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.
 /// Without errors, which the nodes share: see redrawn_models().
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
-/// Throws an input Error where a divisor at a node is not significantly different from 0.
-void check_nodes(const Table& table, const StatePoint& point, OrderKind kind);
 
 /// Mean-field prediction for a uniform system with these coefficients; errors as those of field_numbers().
 struct MeanField {

@@ -93,19 +93,32 @@ std::vector<double> excesses(const std::vector<Coefficients>& drawn, double bead
     return mapped(drawn, [&](const Coefficients& one) { return one.excess(bead, rod, convention); });
 }
 
+/// From a place with this deviation on, over the samples first, first + step, ...: where the linear interpolation of
+/// their deviations passes -1 or 1.  NaN if it does not, or if one is NaN.
+double band_end(double from, double deviation_there, int first, int step, const std::vector<double>& places,
+                const std::vector<double>& deviations) {
+    if (!(std::abs(deviation_there) <= 1.0)) return nan;
+    double before = from, at_before = deviation_there;
+    for (int i = first; i >= 0 && i < static_cast<int>(places.size()); i += step) {
+        const double here = places[static_cast<std::size_t>(i)], at_here = deviations[static_cast<std::size_t>(i)];
+        if (std::isnan(at_here)) return nan;
+        if (std::abs(at_here) > 1.0)
+            return before + (here - before) * (std::copysign(1.0, at_here) - at_before) / (at_here - at_before);
+        before = here, at_before = at_here;
+    }
+    return nan;
+}
+
 /// The ends of the error band around each crossing.
 void add_intervals(const std::vector<Coefficients>& drawn, const std::vector<double>& beads, double rod,
                    Convention convention, Crossings& crossings) {
-    const int count = static_cast<int>(beads.size());
-    const auto place = [&](int i) { return beads[static_cast<std::size_t>(i)]; };
-    const auto deviation = [&](int i) { return crossings.deviation[static_cast<std::size_t>(i)]; };
     for (Crossing& one : crossings.all) {
         const int above = static_cast<int>(std::ranges::upper_bound(beads, one.bead_fraction) - beads.begin());
         std::vector<double> values = excesses(drawn, one.bead_fraction, rod, convention);
         std::ranges::sort(values);
         const double here = over_error(values);
-        one.low = numerics::band_end(one.bead_fraction, here, above - 1, -1, count, place, deviation);
-        one.high = numerics::band_end(one.bead_fraction, here, above, 1, count, place, deviation);
+        one.low = band_end(one.bead_fraction, here, above - 1, -1, beads, crossings.deviation);
+        one.high = band_end(one.bead_fraction, here, above, 1, beads, crossings.deviation);
         one.is_alone = std::ranges::none_of(crossings.all, [&](const Crossing& other) {
             const bool below = std::isfinite(one.low) && other.bead_fraction < one.low;
             const bool beyond = std::isfinite(one.high) && other.bead_fraction > one.high;

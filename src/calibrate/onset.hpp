@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "calibrate/redraw.hpp"
+#include "calibrate/table.hpp"
 
 namespace drover::calibrate {
 

@@ -10,7 +10,7 @@
 #include "base/mapped.hpp"
 #include "calibrate/closures.hpp"
 #include "calibrate/onset.hpp"
-#include "calibrate/redraw.hpp"
+#include "calibrate/table.hpp"
 
 namespace drover::calibrate {
 

@@ -51,9 +51,6 @@ Extent extent_of(const std::vector<std::size_t>& shape, std::size_t rows_per_chu
 bool is_compact(const Extent& extent);
 Handle make_dataset(hid_t group, const std::string& name, const Extent& extent, bool is_integer,
                     const Hdf5Errors& errors);
-/// Attributes: units; long_name, the name in words, for labels; comment, the meaning in full.
-void write_description(hid_t dataset, const std::string& name, const std::string& unit, const std::string& meaning,
-                       const Hdf5Errors& errors);
 
 /// Creates the group, or opens an existing one.
 Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf5Errors& errors);
@@ -61,9 +58,6 @@ Handle group_handle(hid_t file, const std::string& group, bool is_new, const Hdf
 /// Attributes that are lists.
 void write_list(hid_t object, const char* name, std::span<const std::int64_t> values, const Hdf5Errors& errors);
 void write_list(hid_t object, const char* name, std::span<const std::string> values, const Hdf5Errors& errors);
-
-/// Creates the groups and datasets of a trajectory, and /h5md if it does not exist.
-GroupDatasets make_trajectory(hid_t file, const Recording& recording, const Hdf5Errors& errors);
 
 /// For files, groups and datasets: links and attributes in order of creation, no timestamps.
 Handle creation_list(hid_t kind, const Hdf5Errors& errors);

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <tuple>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "files/archive_contents.hpp"
 #include "files/hdf5_file.hpp"
 #include "files/input_file.hpp"

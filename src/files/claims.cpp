@@ -11,7 +11,7 @@
 #include <map>
 #include <sstream>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "base/mapped.hpp"
 #include "files/bytes.hpp"
 #include "files/input_file.hpp"

@@ -1,21 +1,46 @@
-// files/record_folder.hpp: records that many processes append in one folder, each to a file of its own.
+// files/record_folder.hpp: what records depend on, and the first difference of two such texts; records that many
+// processes append in one folder, each to a file of its own.
 #pragma once
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "files/record_identity.hpp"
 #include "files/system_calls.hpp"
 
 namespace drover::files {
 
+/// What the records of a file depend on.
+struct RecordIdentity {
+    std::uint64_t hash = 0;  ///< of all of it
+    std::string content;     ///< scene text of which the file keeps a copy, to name a difference
+};
+
+/// A key of two scene texts whose values differ, and these; none where a text lacks the key.
+struct TextDifference {
+    std::string key;
+    std::optional<std::string> one, other;
+};
+/// One of the values, for people.
+inline std::string shown(const std::optional<std::string>& value) { return value.value_or("absent"); }
+
+/// In the order of `one`, then those that it lacks.
+std::vector<TextDifference> differences(const std::string& one, const std::string& other);
+std::optional<TextDifference> first_difference(const std::string& one, const std::string& other);
+
+/// Whether the values of two scene texts are the same, where a key that one of them lacks has its value in `defaults`.
+bool are_same(const std::string& one, const std::string& other, const std::string& defaults);
+
+/// 64-bit hash of a text.
+std::uint64_t fingerprint(const std::string& content);
+
+/// Of the records of a job, such as "sweep", which depend on this text alone.
+RecordIdentity identity_of(const std::string& job, const std::string& content);
+
 // The bytes of a file of records: "drvtrls1", the hash of the identity, then records: length, bytes, checksum.  The
 // first is the content of the identity.
-
-/// A record with its length and its checksum.
-std::vector<std::byte> record_bytes(const std::string& record);
 
 /// A file without records.
 std::vector<std::byte> start_of(const RecordIdentity& identity);

@@ -11,7 +11,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "base/log.hpp"
 
 namespace drover::files {

@@ -1,4 +1,5 @@
-// io/calibration.cpp: reads and writes tables of coefficients in HDF5.
+// io/calibration.cpp: reads and writes tables of coefficients in HDF5; a trial as bytes: its number, its results, the
+// message of its failure, its time.
 #include "io/calibration.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <sstream>
 
 #include "base/mapped.hpp"
+#include "files/bytes.hpp"
 #include "io/scene.hpp"
 
 namespace drover::io {
@@ -214,6 +216,24 @@ calibrate::Table read_calibration(const files::ArchiveReader& archive, const std
 
 calibrate::Table read_calibration(const std::filesystem::path& file) {
     return read_calibration(files::ArchiveReader(file), file);
+}
+
+std::string attempt_bytes(const calibrate::Attempt& attempt) {
+    files::ByteWriter to;
+    to(attempt.number, attempt.numbers, attempt.failure.value_or(""));
+    if (attempt.core_seconds > 0.0) to(attempt.core_seconds);
+    return files::text_of(to.bytes);
+}
+
+calibrate::Attempt attempt_of(const std::string& bytes, const std::string& name) {
+    files::ByteReader reader{std::as_bytes(std::span(bytes))};
+    calibrate::Attempt attempt;
+    std::string failure;  // of earlier versions, in which a failed trial was a unit that is done
+    reader(attempt.number, attempt.numbers, failure);
+    if (!failure.empty()) attempt.failure = failure;
+    if (reader.is_complete && !reader.rest.empty()) reader(attempt.core_seconds);
+    require(reader.has_ended(), {name}, "is not a trial; expected a record of this version of drover");
+    return attempt;
 }
 
 }  // namespace drover::io

@@ -1,9 +1,11 @@
-// io/calibration.hpp: tables of coefficients as HDF5 files.
+// io/calibration.hpp: tables of coefficients as HDF5 files, and trials as bytes.
 #pragma once
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "calibrate/table.hpp"
+#include "calibrate/trial_set.hpp"
 #include "files/archive.hpp"
 
 namespace drover::io {
@@ -26,5 +28,9 @@ bool is_calibration(const files::ArchiveReader& archive);
 /// numbers.  Missing entries are read as refused ones.
 calibrate::Table read_calibration(const files::ArchiveReader& archive, const std::filesystem::path& file);
 calibrate::Table read_calibration(const std::filesystem::path& file);
+
+/// A trial of an assay at a point as bytes; and back.  Throws an input Error, with the name, for other bytes.
+std::string attempt_bytes(const calibrate::Attempt& attempt);
+calibrate::Attempt attempt_of(const std::string& bytes, const std::string& name);
 
 }  // namespace drover::io

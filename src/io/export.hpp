@@ -16,13 +16,6 @@ struct FrameChoice {
     std::int64_t every = 1;
 };
 
-/// The numbers of the frames, of `count`.  Throws an input Error, at `name`, for a frame that is missing.
-std::vector<std::size_t> chosen_frames(const FrameChoice& choice, std::size_t count, const std::string& name);
-
-/// Throws an input Error for a folder, and for an existing file unless `overwrite` is set and the file may be replaced.
-void check_target(const std::filesystem::path& file, bool overwrite, bool (*may_replace)(const std::filesystem::path&),
-                  const char* else_it_is);
-
 /// Whether a name is that of a file which write_fields() writes: .vtk or .csv.
 bool is_field_export(const std::filesystem::path& file);
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -288,5 +289,19 @@ std::string unit_of(SceneKind kind, const std::string& key);
 /// A unit of a key in results: [p] is that of the order, "mm^2/s" of "[p]^2 mm^2/s" where it has none, and others have
 /// the names of the scene.
 std::string unit_in_results(const Scene& scene, const std::string& unit);
+
+/// Reads a scene file, applies "section.key=value" of each override, fills in the calibrated table and checks the
+/// result. Throws an input Error with file:line:column and a suggested fix.
+Scene read_scene(const std::filesystem::path& file, std::span<const std::string> overrides = {});
+
+/// The same from a text; messages call it `name`.  `functions`: those that its terms name.
+Scene parse_scene(const std::string& toml, const std::string& name, std::span<const std::string> overrides = {},
+                  const physics::TermFunctions& functions = {});
+
+/// A scene with "section.key=value" of each change, checked as one that is read.
+Scene changed(const Scene& scene, const std::vector<std::string>& overrides);
+
+/// The scene in an archive, to read the archive: its terms may be functions that this program does not have.
+Scene archived_scene(const std::string& toml, const std::string& name);
 
 }  // namespace drover::io

@@ -5,7 +5,7 @@
 
 #include "base/mapped.hpp"
 #include "base/memory.hpp"
-#include "calibrate/counterterm.hpp"
+#include "calibrate/slow_order.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "drover/dem/bodies.hpp"
 #include "io/scene.hpp"

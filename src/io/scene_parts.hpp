@@ -93,9 +93,4 @@ LocatedTables read_tables(const std::string& toml, const std::string& file);
 /// Where an override changes what such a table has to give, the numbers that it gave before are left out.
 Scene scene_of(LocatedTables tables, const std::string& name, std::span<const std::string> overrides);
 
-/// Gives the model those numbers of the table that the scene does not give itself, and notes them in Scene::found.
-/// A scene that gives all of them, such as a resolved one, needs no file.  Throws an input Error at its place for a
-/// table or a state that will not do.
-void fill_from_table(Scene& scene);
-
 }  // namespace drover::io

@@ -8,7 +8,7 @@
 #include "drover/numerics/transform.hpp"
 #include "measure/fields.hpp"
 #include "measure/shared_rows.hpp"
-#include "measure/unit_product.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::measure {
 
@@ -146,16 +146,9 @@ MeanVector mean_over_bodies(const FieldMoment& moment, const BodyVector& vector)
             mean_product(moment.points(density), moment.points(y)), mean_of(moment, density)};
 }
 
-/// The name of a field in words.
-std::string words_of(const MeasuredField& field) {
-    std::string words = field.name;
-    std::ranges::replace(words, '_', ' ');
-    return words;
-}
-
 void add_means(const MeasuredField& field, FieldRows& rows) {
     const int first = field.first;
-    const std::string words = words_of(field);
+    const std::string words = words_of(field.name);
     for (std::size_t part = 0; part < field.components.size(); ++part)
         add(rows, statistic_name(field, "mean", part), field.unit,
             "mean of " + field.components[part] + " over the cell",
@@ -183,7 +176,8 @@ void add_means(const MeasuredField& field, FieldRows& rows) {
 void add_spectra(const FieldSetting& setting, std::size_t n,
                  const std::shared_ptr<const RadialCorrelation>& correlation, FieldRows& rows) {
     const MeasuredField& field = setting.fields[n];
-    const std::string words = words_of(field), symbol = field.symbol, square = unit_product({field.unit, field.unit}),
+    const std::string words = words_of(field.name), symbol = field.symbol,
+                      square = unit_product({field.unit, field.unit}),
                       factor = unit_product({field.unit, field.unit, "mm2"}),
                       structure_factor = "structure_factor_" + field.short_name;
     add(rows, "variance_" + field.name, square, "variance of " + words + " over the cell",
@@ -232,7 +226,7 @@ void add_numbers(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
     const MeasuredField& field = setting.fields[n];
     if (field.counted != field.name)
         add(rows, total_name(field), unit_product({field.unit, "mm2"}),
-            "number of " + field.counted + "s: integral of the " + words_of(field) + " over the cell",
+            "number of " + field.counted + "s: integral of the " + words_of(field.name) + " over the cell",
             [first = field.first](const FieldMoment& moment) {
                 return numerics::area(moment.setting.grid) * mean_of(moment, first);
             });
@@ -252,8 +246,8 @@ void add_numbers(const FieldSetting& setting, std::size_t n, FieldRows& rows) {
 
 void add_pair(const FieldSetting& setting, const MeasuredField& a, const MeasuredField& b, FieldRows& rows) {
     add(rows, cross_name(a, b), unit_product({a.unit, b.unit, "mm2"}), {shell_axis(setting)},
-        text("cross structure factor of {} and {}: area Re({}_q^* {}_q), mean over a shell of |q|", words_of(a),
-             words_of(b), a.symbol, b.symbol),
+        text("cross structure factor of {} and {}: area Re({}_q^* {}_q), mean over a shell of |q|", words_of(a.name),
+             words_of(b.name), a.symbol, b.symbol),
         [first = a.first, second = b.first](const FieldMoment& moment) {
             const auto one = moment.modes(first), other = moment.modes(second);
             std::vector<double> products;

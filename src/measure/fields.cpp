@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "drover/base/text.hpp"
-#include "measure/unit_product.hpp"
+#include "measure/summary.hpp"
 #include "model/start.hpp"
 
 namespace drover::measure {
@@ -60,12 +60,10 @@ std::vector<MeasuredEnergy> measured_energies(const model::Equations& equations)
     for (const model::Energy& energy : model::energies_of(equations)) {
         const model::Field& field = equations.model().fields[energy.fields[0]];
         const std::size_t part = energy.fields.size() == 1 ? 0 : std::string_view("_re").size();
-        std::string words = field.name.substr(0, field.name.size() - part);
-        std::ranges::replace(words, '_', ' ');
         const std::string mass = field.mass.text.empty() ? "" : "(" + field.mass.text + ") ";
         result.push_back({.name = energy.name,
                           .unit = unit_product({field.observed.mass_unit, field.unit, field.unit, "mm2"}),
-                          .of = words,
+                          .of = words_of(field.name.substr(0, field.name.size() - part)),
                           .formula = text("{}|{}|^2/2", mass, field.symbol.substr(0, field.symbol.size() - part))});
     }
     return result;

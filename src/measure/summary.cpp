@@ -1,18 +1,20 @@
-// measure/summary.cpp: time means of all observables of a run, and the results derived from them.
+// measure/summary.cpp: time means of all observables of a run, and the results derived from them; units of products,
+// whose exponents add up.
 #include "measure/summary.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <sstream>
+#include <utility>
 
 #include "base/constants.hpp"
 #include "drover/base/error.hpp"
-#include "measure/unit_product.hpp"
 
 namespace drover::measure {
 
 namespace {
-
 /// The samples recorded.  Throws unless all series agree.
 std::size_t checked_samples(const Recorded& recorded) {
     std::optional<std::size_t> samples;
@@ -199,6 +201,39 @@ std::string warm_up_note(std::size_t cut, std::size_t automatic, std::size_t sam
         automatic, samples);
 }
 
+using Powers = std::vector<std::pair<std::string, int>>;
+
+/// Adds those of "mm2 s-1"; returns whether the unit is a list of names and integer exponents.
+bool add_powers(const std::string& unit, Powers& powers) {
+    std::istringstream words(unit);
+    for (std::string word; words >> word;) {
+        if (word == "1") continue;
+        const auto letters = static_cast<std::size_t>(
+            std::ranges::find_if(word, [](unsigned char c) { return std::isalpha(c) == 0; }) - word.begin());
+        const std::string name = word.substr(0, letters), exponent = word.substr(letters);
+        const std::string digits = exponent.starts_with('-') ? exponent.substr(1) : exponent;
+        constexpr std::size_t max_digits = 4;  // digits
+        if (name.empty() || digits.size() > max_digits || (!exponent.empty() && digits.empty()) ||
+            !std::ranges::all_of(digits, [](unsigned char c) { return std::isdigit(c) != 0; }))
+            return false;
+        auto found = std::ranges::find_if(powers, [&](const auto& one) { return one.first == name; });
+        if (found == powers.end()) found = powers.insert(found, {name, 0});
+        found->second += exponent.empty() ? 1 : std::stoi(exponent);
+    }
+    return true;
+}
+
+std::string in_brackets(const std::vector<std::string>& units) {
+    std::string product;
+    for (std::size_t n = 0; n < units.size(); ++n) {
+        if (units[n] == "1") continue;
+        const bool is_square = n + 1 < units.size() && units[n + 1] == units[n], is_last = n + 1 == units.size();
+        if (!product.empty()) product += ' ';
+        product += is_last && n > 1 ? units[n] : "(" + units[n] + ")" + (is_square ? "^2" : "");
+        if (is_square) ++n;
+    }
+    return product;
+}
 }  // namespace
 
 Summary summarise(const Recorded& recorded) {
@@ -240,6 +275,16 @@ std::vector<double> rates(std::span<const double> accumulated, double spacing) {
     for (std::size_t i = 0; i + 1 < accumulated.size(); ++i)
         result.push_back((accumulated[i + 1] - accumulated[i]) / spacing);
     return result;
+}
+
+std::string unit_product(const std::vector<std::string>& units) {
+    Powers powers;
+    if (!std::ranges::all_of(units, [&](const std::string& unit) { return add_powers(unit, powers); }))
+        return in_brackets(units);
+    std::string product;
+    for (const auto& [name, power] : powers)
+        if (power != 0) product += (product.empty() ? "" : " ") + name + (power == 1 ? "" : std::to_string(power));
+    return product.empty() ? "1" : product;
 }
 
 }  // namespace drover::measure

@@ -87,4 +87,7 @@ Summary summarise(const Recorded& recorded);
 /// Of a count: (a[i + 1] - a[i])/spacing, one value fewer than samples.
 std::vector<double> rates(std::span<const double> accumulated, double spacing);
 
+/// "mm4 s-2" of "mm s-1" twice and "mm2"; with brackets, "(1/mm^2)^2 mm2", where a unit is no such list of powers.
+std::string unit_product(const std::vector<std::string>& units);
+
 }  // namespace drover::measure

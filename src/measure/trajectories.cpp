@@ -97,6 +97,26 @@ Estimate deviation_of(std::span<const double> of_rods) {
     return result;
 }
 
+/// The mean of each quantity, sum over number whatever the sizes of the groups, with its error by the jackknife.
+std::vector<Estimate> jackknife_means(const GroupSums& group_sums) {
+    const auto& [sums, counts] = group_sums;
+    std::vector<Estimate> result;
+    const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
+    for (std::size_t k = 0; k < quantities; ++k) {
+        GroupSums one(sums.size(), 1);
+        double sum = 0.0, count = 0.0;
+        for (std::size_t g = 0; g < sums.size(); ++g) {
+            one.sums[g][0] = sums[g][k];
+            one.counts[g][0] = counts[g][k];
+            sum += sums[g][k];
+            count += counts[g][k];
+        }
+        result.push_back(jackknife(one, [](auto means) { return means[0]; }));
+        result.back().mean = sum / count;  // a plain mean has no bias: the correction for unequal groups is noise
+    }
+    return result;
+}
+
 Estimate head_first_fraction(std::span<const double> of_rods) {
     GroupSums groups(of_rods.size(), 1);
     std::size_t head_first = 0;
@@ -142,6 +162,20 @@ void check_frame(const Paths& paths, std::span<const double> rod_position, std::
             "{} and {} coordinates of rods; expected 3 for each of {}", rod_position.size(), rod_axis.size(), rods);
     require(paths.followed.empty() || 3 * paths.followed.back() + 2 < bead_position.size(), {},
             "{} coordinates of beads; expected 3 for each", bead_position.size());
+}
+
+/// The mean of one quantity over bodies, groups, and over time, the samples: bodies keep their differences, such as
+/// their gaits, and what they do together does not average out over them.  The error is the larger of both; that over
+/// bodies alone where the samples are too short for one.
+Estimate with_error_over_time(const GroupSums& groups, const Samples& samples) {
+    Estimate over_time = estimate_mean(samples, 0);
+    if (groups.sums.size() < 2) return over_time;
+    Estimate over_bodies = jackknife_means(groups).front();
+    if (!over_bodies.error || (over_time.error && *over_time.error > *over_bodies.error)) {
+        over_time.mean = over_bodies.mean;
+        return over_time;
+    }
+    return over_bodies;
 }
 
 /// Beads flow together, so that their number says little of the error.
@@ -195,36 +229,6 @@ Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::
     result.error = error;
     result.blocks = filled.size();
     return result;
-}
-
-std::vector<Estimate> jackknife_means(const GroupSums& group_sums) {
-    const auto& [sums, counts] = group_sums;
-    std::vector<Estimate> result;
-    const std::size_t quantities = sums.empty() ? 0 : sums[0].size();
-    for (std::size_t k = 0; k < quantities; ++k) {
-        GroupSums one(sums.size(), 1);
-        double sum = 0.0, count = 0.0;
-        for (std::size_t g = 0; g < sums.size(); ++g) {
-            one.sums[g][0] = sums[g][k];
-            one.counts[g][0] = counts[g][k];
-            sum += sums[g][k];
-            count += counts[g][k];
-        }
-        result.push_back(jackknife(one, [](auto means) { return means[0]; }));
-        result.back().mean = sum / count;  // a plain mean has no bias: the correction for unequal groups is noise
-    }
-    return result;
-}
-
-Estimate with_error_over_time(const GroupSums& groups, const Samples& samples) {
-    Estimate over_time = estimate_mean(samples, 0);
-    if (groups.sums.size() < 2) return over_time;
-    Estimate over_bodies = jackknife_means(groups).front();
-    if (!over_bodies.error || (over_time.error && *over_time.error > *over_bodies.error)) {
-        over_time.mean = over_bodies.mean;
-        return over_time;
-    }
-    return over_bodies;
 }
 
 Speeds speeds_along(std::span<const Path> rods, std::span<const std::vector<double>> angles, double spacing) {

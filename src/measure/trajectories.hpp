@@ -24,9 +24,6 @@ struct GroupSums {
 /// `function` of the means of the quantities over all groups.  Empty groups are left out.
 Estimate jackknife(const GroupSums& group_sums, const std::function<double(std::span<const double> means)>& function);
 
-/// The mean of each quantity, sum over number whatever the sizes of the groups, with its error by the jackknife.
-std::vector<Estimate> jackknife_means(const GroupSums& group_sums);
-
 /// Positions of one body in the plane at equal times, not wrapped [mm].
 struct Path {
     std::vector<double> x, y;
@@ -63,11 +60,6 @@ Estimate relaxation_time_of(const Estimate& diffusion);
 /// intercept for the initial loss.  The error is that of the slope under the jackknife over groups; there is none when
 /// groups are segments of time shorter than 3/D_r.
 RotationalDiffusion rotational_diffusion(const RotationalCorrelation& correlation);
-
-/// The mean of one quantity over bodies, groups, and over time, the samples: bodies keep their differences, such as
-/// their gaits, and what they do together does not average out over them.  The error is the larger of both; that over
-/// bodies alone where the samples are too short for one.
-Estimate with_error_over_time(const GroupSums& groups, const Samples& samples);
 
 /// Speeds of rods along themselves, d.n(t0)/T, d the displacement from t0 over a frame of length T.
 struct Speeds {

@@ -8,7 +8,7 @@
 #include "model/compiled.hpp"
 #include "model/lowering.hpp"
 #include "numerics/algebra/dense.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::model {
 

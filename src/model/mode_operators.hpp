@@ -8,7 +8,7 @@
 #include "drover/base/threads.hpp"
 #include "drover/numerics/field.hpp"
 #include "model/compiled.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::model {
 

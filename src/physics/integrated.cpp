@@ -59,7 +59,7 @@ struct Extremes {
 std::string densities_text(const Domain& domain, const Densities& at) {
     std::string result;
     for (std::size_t k = 0; k < domain.fields.size(); ++k)
-        result += text("{}the {} {:.4g}", k == 0 ? "" : " and ", words_of(*domain.fields[k]), at[k]);
+        result += text("{}the {} {:.4g}", k == 0 ? "" : " and ", words_of(domain.fields[k]->name), at[k]);
     return result;
 }
 
@@ -99,8 +99,8 @@ void check(const Domain& domain, const Extremes& extremes) {
                     text("the {} reached {:.4g} {} on the grid, and the mass of the {} is proportional to it; a vacuum "
                          "needs {} = \"slaved\"; else expected a density > 0: take a finer grid, a smaller dt or less "
                          "noise",
-                         words_of(*domain.fields[k]), extremes.min[k], domain.fields[k]->unit,
-                         words_of(*domain.massive), domain.massive->present));
+                         words_of(domain.fields[k]->name), extremes.min[k], domain.fields[k]->unit,
+                         words_of(domain.massive->name), domain.massive->present));
     if (!domain.drag.empty() && !domain.model.coefficient(domain.drag).table()) check_drag(domain, extremes);
     check_tables(domain, extremes);
 }
@@ -121,7 +121,7 @@ Domain domain_of(const Equations& e) {
     }
     if (const FieldRow* slaved = pointwise_balance(e)) {
         domain.drag = key_of_term(slaved->symbol, slaved->symbol);
-        domain.slaved = words_of(*slaved);
+        domain.slaved = words_of(slaved->name);
     }
     return domain;
 }

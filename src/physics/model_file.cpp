@@ -20,12 +20,6 @@ std::vector<const FieldRow*> densities(const ModelFile& file) {
     return found;
 }
 
-std::string words_of(const FieldRow& field) {
-    std::string words = field.name;
-    std::ranges::replace(words, '_', ' ');
-    return words;
-}
-
 const CoefficientRow* with_conventions(const ModelFile& file) {
     for (const CoefficientRow& row : file.coefficients)
         if (!row.factor_key.empty()) return &row;

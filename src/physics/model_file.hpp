@@ -112,9 +112,6 @@ const CoefficientRow& coefficient_row(const std::string& key, const ModelFile& f
 /// Those with a reference: what coefficients and tables may depend on, at most two.
 std::vector<const FieldRow*> densities(const ModelFile& file = shipped_model());
 
-/// Its name in sentences: "bead density".
-std::string words_of(const FieldRow& field);
-
 /// The coefficient whose number has several conventions: its factor_key chooses one.  A file has one at most; nullptr:
 /// none.
 const CoefficientRow* with_conventions(const ModelFile& file = shipped_model());

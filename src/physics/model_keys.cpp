@@ -72,12 +72,12 @@ std::vector<ModelKey> table_keys(const ModelFile& file) {
     const std::vector<const FieldRow*> fields = densities(file);
     for (std::size_t k = 0; k < fields.size(); ++k) {
         keys.push_back(list_key(fields[k]->name, unit_of_mean(*fields[k], file), any_number,
-                                text("nodes of the {} {}, ascending; empty: no dependence on it", words_of(*fields[k]),
-                                     fields[k]->symbol),
+                                text("nodes of the {} {}, ascending; empty: no dependence on it",
+                                     words_of(fields[k]->name), fields[k]->symbol),
                                 [k](ModelValues& m) -> std::vector<double>& { return m.table.nodes[k]; }));
     }
     const std::string values =
-        text("at each node, {} fastest; replaces the coefficient in its section", words_of(*fields.back()));
+        text("at each node, {} fastest; replaces the coefficient in its section", words_of(fields.back()->name));
     for (const bool error : {false, true})
         for (const CoefficientRow& row : file.coefficients)
             if (row.varies)

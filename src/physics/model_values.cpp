@@ -154,7 +154,7 @@ std::string form_name(const ModelValues& model) {
             const Presence how = presence(model, field);
             if (how == Presence::absent || field.present.empty() == is_choice) continue;
             const char* dynamics = field.mass.empty() ? "" : how == Presence::rate ? "dynamic " : "slaved ";
-            list += (list.empty() ? "" : ", ") + std::string(dynamics) + words_of(field);
+            list += (list.empty() ? "" : ", ") + std::string(dynamics) + words_of(field.name);
         }
     return list;
 }

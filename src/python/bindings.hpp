@@ -13,7 +13,7 @@
 #include "drover/base/schema.hpp"
 #include "drover/base/threads.hpp"
 #include "files/archive_layout.hpp"
-#include "physics/text_term.hpp"
+#include "physics/model_values.hpp"
 
 namespace pybind11::detail {
 template <class... Types>

@@ -20,11 +20,10 @@
 #include "files/archive.hpp"
 #include "files/archive_reader.hpp"
 #include "io/export.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/boundary_shares.hpp"
 #include "jobs/calibration/calibration.hpp"
 #include "jobs/campaign/slurm_script.hpp"
-#include "jobs/check_scene.hpp"
 #include "jobs/sweep/sweep.hpp"
 #include "jobs/tradeoff/tradeoff.hpp"
 #include "physics/model_keys.hpp"
@@ -32,10 +31,9 @@
 #include "report/shown.hpp"
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
-#include "run/loop/same_run.hpp"
+#include "run/loop/provenance.hpp"
 #include "run/loop/signals.hpp"
 #include "run/run_scene.hpp"
-#include "run/simulation_type.hpp"
 #include "run/step_choice.hpp"
 
 namespace drover::python {
@@ -292,7 +290,7 @@ void bind_scene(py::module_& module) {
         .def_property_readonly("equations", &equations_of)
         .def_property_readonly("archive", &run::archive_path);
     module.def("model_file", &physics::model_file_text);
-    module.def("check", &jobs::check_scene);
+    module.def("check", &report::check_scene);
     module.def("explain", [](const io::Scene& scene) {
         return interruptibly([&] {
             const run::Result found = report::explain(run::with_chosen_step(scene, true));
@@ -322,13 +320,10 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
                       const std::vector<std::string>& want, const std::string& budget, bool quiet) {
     require(budget.empty() || !want.empty(), {}, "budget = \"{}\" without want; expected both, or neither", budget);
     require(1 <= share && share <= shares, {}, "share = ({}, {}); expected (i, n) with i from 1 to n", share, shares);
-    // Before the options: GCC 12 destroys their folder twice where a later initialiser throws.
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);
-    jobs::CalibrationOptions options{
-        {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
-        std::move(targets)};
-    if (!budget.empty()) options.budget = seconds_of(budget, "budget");
-    const jobs::CalibrationOutcome outcome = jobs::run_calibration(scene, options);
+    const jobs::CalibrationOutcome outcome = jobs::run_calibration(
+        scene, jobs::target_options(
+                   {.folder = folder, .share = {.number = share, .count = shares}, .collect = collect, .quiet = quiet},
+                   want, budget.empty() ? INFINITY : seconds_of(budget, "budget")));
     nlohmann::json result{{"file", outcome.file.string()},
                           {"units", outcome.units},
                           {"trials_run", outcome.trials},
@@ -348,13 +343,9 @@ std::string calibrate(const io::Scene& scene, const std::filesystem::path& folde
 
 std::string tradeoff(const io::Scene& scene, const std::vector<std::string>& want, const std::string& budget,
                      const std::filesystem::path& folder, int workers, bool collect, bool quiet) {
-    const double seconds = seconds_of(budget, "budget");
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);  // before the options, as above
-    const jobs::TradeoffOptions options{{.folder = folder, .workers = workers, .collect = collect, .quiet = quiet},
-                                        std::move(targets),
-                                        seconds,
-                                        seconds};
-    const jobs::Tradeoff found = jobs::study_tradeoff(scene, options);
+    const jobs::Tradeoff found = jobs::study_tradeoff(
+        scene, jobs::target_options({.folder = folder, .workers = workers, .collect = collect, .quiet = quiet}, want,
+                                    seconds_of(budget, "budget")));
     if (found.stopped) fail_run("stopped by a signal; every trial is kept: the same call resumes");
     const nlohmann::json result{{"found", run::result_json(found.result)},
                                 {"text", run::result_text(found.result)},
@@ -386,10 +377,9 @@ std::string sweep(const io::Scene& scene, const std::filesystem::path& folder, i
 
 std::string calibration_status(const io::Scene& scene, const std::filesystem::path& folder,
                                const std::vector<std::string>& want, const std::string& budget) {
-    std::vector<jobs::AccuracyTarget> targets = jobs::parse_accuracy_targets(want);  // before the options, as above
-    jobs::CalibrationOptions options{{.folder = folder}, std::move(targets)};
-    if (!budget.empty()) options.budget = seconds_of(budget, "budget");
-    return jobs::calibration_status(scene, options);
+    return jobs::calibration_status(scene,
+                                    jobs::target_options({.folder = folder}, want,
+                                                         budget.empty() ? INFINITY : seconds_of(budget, "budget")));
 }
 
 void bind_runs(py::module_& module) {

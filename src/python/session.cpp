@@ -48,7 +48,7 @@ void advance_with_functions(Session& guarded, std::int64_t steps) {
 void advance_session(Session& guarded, std::int64_t steps) {
     require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
     const Use use(guarded);
-    const std::vector<physics::TextTerm>& terms = guarded.held.scene().model.text_terms;
+    const std::vector<physics::TextTerm>& terms = guarded.held.scene.model.text_terms;
     if (std::ranges::any_of(terms, [](const physics::TextTerm& term) { return term.call != nullptr; }))
         return advance_with_functions(guarded, steps);
     const py::gil_scoped_release release;
@@ -63,7 +63,7 @@ py::list frames_of_session(const py::object& self, bool is_writable) {
     py::list frames;
     for (std::size_t f = 0; f < guarded.held.frames().size(); ++f) {
         const files::Recording& recording = guarded.held.frames()[f].recording;
-        const std::vector<std::span<const double>> now = guarded.held.observe(f);
+        const std::vector<std::span<const double>> now = guarded.held.frames()[f].observe();
         py::dict fixed,
             frame = group_dict(recording.axes, recording.quantities, [&](std::size_t i) {
                 return array_of(now[i], shape_of(recording.axes, recording.quantities[i]), self, is_writable);
@@ -107,15 +107,16 @@ void bind_session(py::module_& module) {
     py::class_<Session, std::shared_ptr<Session>>(module, "Session", "A run in memory; drover.Simulation wraps it.")
         .def(py::init(
             [](const io::Scene& scene) { return interruptibly([&] { return std::make_shared<Session>(scene); }); }))
-        .def_property_readonly("scene", [](const Session& self) { return self.held.scene(); })
-        .def_property_readonly("step", [](const Session& self) { return self.held.step(); })
-        .def_property_readonly("steps", [](const Session& self) { return self.held.steps(); })
+        .def_property_readonly("scene", [](const Session& self) { return self.held.scene; })
+        .def_property_readonly("step", [](const Session& self) { return self.held.step; })
+        .def_property_readonly("steps", [](const Session& self) { return self.held.simulation->steps; })
         .def_property_readonly("time", [](const Session& self) { return self.held.time(); })
-        .def_property_readonly("dt", [](const Session& self) { return self.held.scene().time.dt; })
-        .def_property_readonly("threads", [](const Session& self) { return self.held.threads(); })
-        .def_property_readonly("frame_every", [](const Session& self) { return self.held.frame_every(); })
+        .def_property_readonly("dt", [](const Session& self) { return self.held.scene.time.dt; })
+        .def_property_readonly("threads", [](const Session& self) { return self.held.simulation->threads; })
+        .def_property_readonly("frame_every",
+                               [](const Session& self) { return self.held.simulation->recordings.front().every; })
         .def_property_readonly("time_unit", [](const Session& self) { return self.held.observables().time_unit; })
-        .def_property_readonly("was_changed", [](const Session& self) { return self.held.was_changed(); })
+        .def_property_readonly("was_changed", [](const Session& self) { return self.held.was_changed; })
         .def("advance", &advance_session, py::arg("steps"))
         .def("frames", &frames_of_session, py::arg("writable") = false)
         .def("series", &series_of)

@@ -30,11 +30,13 @@ nlohmann::json json_of(const jobs::SweepTable& table);
 std::string info_text(const std::filesystem::path& file, bool with_scene);
 nlohmann::json info_json(const std::filesystem::path& file);
 
+/// Warnings that are known before a run.  Throws an input Error where a run, sweep, calibration or boundary of the
+/// scene would: a file of its start that is not there, memory or disk that are not free.
+std::vector<std::string> check_scene(const io::Scene& scene);
+
 /// Fields, the terms of their equations, coefficients, kept modes and the growth about the references, or bodies;
 /// memory, disk and wall time, for which a few steps are timed.  Of a scene with a time step.
 run::Result explain(const io::Scene& scene);
-/// Its part for particles: the bodies in their cell, its plates, and the measurements of a calibration.
-run::Record explain_particles(const io::Scene& scene);
 
 /// Throws as check_output: for the start of a command, before it computes the result.  `inputs`: beside those of the
 /// scene.

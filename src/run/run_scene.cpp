@@ -8,17 +8,16 @@
 #include <functional>
 #include <utility>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "base/log.hpp"
 #include "base/mapped.hpp"
 #include "base/memory.hpp"
 #include "files/checkpoint.hpp"
 #include "files/new_file.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "io/units.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/loop/provenance.hpp"
-#include "run/loop/same_run.hpp"
 #include "run/loop/scene_support.hpp"
 #include "run/loop/signals.hpp"
 #include "run/simulation_type.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "io/scene.hpp"
-#include "run/loop/loop.hpp"
+#include "run/loop/simulation.hpp"
 #include "run/report/report.hpp"
 
 namespace drover::run {

@@ -2,7 +2,7 @@
 #include "drover/run/session.hpp"
 
 #include "base/mapped.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "io/trajectory.hpp"
 #include "run/fields/field_problem.hpp"
 #include "run/run_scene.hpp"
@@ -22,48 +22,48 @@ io::Scene ready(const io::Scene& scene) {
 }
 }  // namespace
 
-SessionState::SessionState(const io::Scene& scene)
-    : scene_(ready(scene)),
-      threads_(std::make_unique<Threads>(simulation_type_of(scene_).threads(scene_))),
-      simulation_(simulation_type_of(scene_).make(scene_, *threads_, {})) {
-    simulation_->check_health(0);
-    append_row(simulation_->recordings.back(), 0.0, samples_);
+SessionState::SessionState(const io::Scene& given)
+    : scene(ready(given)),
+      threads(std::make_unique<Threads>(simulation_type_of(scene).threads(scene))),
+      simulation(simulation_type_of(scene).make(scene, *threads, {})) {
+    simulation->check_health(0);
+    append_row(simulation->recordings.back(), 0.0, samples);
 }
 
 std::span<const ScheduledRecording> SessionState::frames() const {
-    return std::span(simulation_->recordings).first(simulation_->recordings.size() - 1);
+    return std::span(simulation->recordings).first(simulation->recordings.size() - 1);
 }
 
-void SessionState::advance(std::int64_t steps, const std::function<void()>& poll) {
-    require(steps >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", steps);
-    require(!failed_, {}, "the run has failed at t = {} s; start another one", time());
-    const ScheduledRecording& observables = simulation_->recordings.back();
-    for (const std::int64_t end = step_ + steps; step_ < end;) {
+void SessionState::advance(std::int64_t more, const std::function<void()>& poll) {
+    require(more >= 0, {}, "steps = {}; expected 0 or more: a run does not go back", more);
+    require(!failed, {}, "the run has failed at t = {} s; start another one", time());
+    const ScheduledRecording& observables = simulation->recordings.back();
+    for (const std::int64_t end = step + more; step < end;) {
         poll();
         // The sample of time.end may be off the schedule of a run that goes on.
-        if (step_ == simulation_->steps && step_ > 0 && observables.every > 0 && !is_due(observables, step_))
-            remove_last_row(observables, samples_);
-        failed_ = true;  // unless the step succeeds
-        simulation_->advance(step_);
-        ++step_;
-        if (is_checked(*simulation_, step_) || step_ == end) simulation_->check_health(step_);
-        if (step_ == simulation_->steps || is_due(observables, step_)) append_row(observables, time(), samples_);
-        failed_ = false;
+        if (step == simulation->steps && step > 0 && observables.every > 0 && !is_due(observables, step))
+            remove_last_row(observables, samples);
+        failed = true;  // unless the step succeeds
+        simulation->advance(step);
+        ++step;
+        if (is_checked(*simulation, step) || step == end) simulation->check_health(step);
+        if (step == simulation->steps || is_due(observables, step)) append_row(observables, time(), samples);
+        failed = false;
     }
 }
 
 Report SessionState::report() const {
-    require(step_ > 0, {}, "the run has taken no steps yet, so there are no means; advance it first");
-    io::Scene until_now = scene_;
+    require(step > 0, {}, "the run has taken no steps yet, so there are no means; advance it first");
+    io::Scene until_now = scene;
     until_now.time.end = time();
     until_now.output.frame_every = 0.0;
-    if (was_changed_) until_now.initial.kind = io::default_start(scene_.kind).kind;  // no longer stationary
-    return make_report(files::ArchiveReader(samples_), until_now, Theory::included);
+    if (was_changed) until_now.initial.kind = io::default_start(scene.kind).kind;  // no longer stationary
+    return make_report(files::ArchiveReader(samples), until_now, Theory::included);
 }
 
 void SessionState::accept() {
-    simulation_->accept(step_);
-    was_changed_ = true;
+    simulation->accept(step);
+    was_changed = true;
 }
 
 Session::Session(const std::filesystem::path& scene_file) : Session(io::read_scene(scene_file)) {}
@@ -74,9 +74,9 @@ Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
 double Session::time() const { return state_->time(); }
-double Session::dt() const { return state_->scene().time.dt; }
-std::int64_t Session::step() const { return state_->step(); }
-std::int64_t Session::steps() const { return state_->steps(); }
+double Session::dt() const { return state_->scene.time.dt; }
+std::int64_t Session::step() const { return state_->step; }
+std::int64_t Session::steps() const { return state_->simulation->steps; }
 void Session::advance(std::int64_t steps, const std::function<void()>& poll) { state_->advance(steps, poll); }
 void Session::accept() { state_->accept(); }
 std::span<const double> Session::sample_times() const { return state_->sample_times(); }
@@ -87,7 +87,7 @@ std::vector<FrameArray> Session::frame() const {
         const files::Recording& recording = state_->frames()[f].recording;
         if (recording.group == io::spheres_group) continue;  // they follow from the bodies
         const std::string group = recording.group.substr(recording.group.rfind('/') + 1);
-        const std::vector<std::span<const double>> now = state_->observe(f);
+        const std::vector<std::span<const double>> now = state_->frames()[f].observe();
         for (std::size_t i = 0; i < now.size(); ++i) {
             const files::Quantity& quantity = recording.quantities[i];
             arrays.push_back({group.empty() ? quantity.name : group + "/" + quantity.name,

@@ -1,7 +1,7 @@
 // run/simulation_type.cpp: the kinds of scenes.
 #include "run/simulation_type.hpp"
 
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "io/trajectory.hpp"
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"

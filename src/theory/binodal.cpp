@@ -76,8 +76,8 @@ TravellingState next_state(const TravellingProblem& problem, const TravellingSta
     for (std::size_t k = 0; k < now.size(); ++k) guess[now[k].first][0] += now[k].second - before[k].second;
     return numerics::TravellingSolver(travelling_family(problem, threads)).find(guess, at.speed);
 }
-}  // namespace
 
+/// The phases of a state; nothing where a density has no plateaus.  `component`: of the density in question.
 std::optional<Coexistence> phases_of(const TravellingProblem& problem, const TravellingState& state, int component,
                                      Threads& threads) {
     const model::Integrated what = problem.at(state.parameter);
@@ -98,6 +98,7 @@ std::optional<Coexistence> phases_of(const TravellingProblem& problem, const Tra
     }
     return found;
 }
+}  // namespace
 
 namespace {
 /// What is expected of the grid, for messages.

@@ -42,10 +42,6 @@ struct Binodal {
     double tail = 0.0;                ///< the largest of the states
 };
 
-/// The phases of a state; nothing where a density has no plateaus.  `component`: of the density in question.
-std::optional<Coexistence> phases_of(const TravellingProblem& problem, const numerics::TravellingState& state,
-                                     int component, Threads& threads);
-
 /// The phases that coexist as the parameter goes from that of `first` to `last` in `steps` or shorter steps.  The mean
 /// density moves with them, so that both phases keep their part of the cell; the means of other conserved scalars
 /// follow their references.  Throws a run Error where the first state has no two phases, and what problem.at throws.

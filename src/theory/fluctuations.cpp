@@ -5,7 +5,7 @@
 
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/dense.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "theory/decaying_part.hpp"
 
 namespace drover::theory {

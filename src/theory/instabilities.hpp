@@ -36,11 +36,6 @@ struct GrowingWaves {
 /// input Error for an invalid search.
 GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& search, Threads& threads);
 
-/// The wave of the maximum next to a place, as log |q| and angle, or the uniform state where that grows faster.
-/// log_q: the places of the search; step_angle: between its angles, 0 where all directions are equivalent.
-FastestWave refined_wave(const model::LinearisedAt& at, const GrowthSearch& search, const std::vector<double>& log_q,
-                         std::pair<double, double> place, double step_angle);
-
 /// All branches over wavenumbers and angles.  Each branch is followed along q from the smallest q, where it is followed
 /// from angle to angle.  Modes of successive points are matched by shape or, near defective matrices, by nearest rate.
 struct ModeMap {

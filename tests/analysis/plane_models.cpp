@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 
 namespace drover::analysis::plane_models_tests {
 namespace {

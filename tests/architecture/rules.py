@@ -88,11 +88,11 @@ EVERYWHERE = ("src/*.cpp", "src/*.hpp", "include/*.hpp")
 COMPARED_WORDS = [
     ("formulas, equations and their names are text", r"",
      ("src/base/expression_*.cpp", "src/base/formula_*.cpp", "src/model/lowering.cpp",
-      "src/model/vector_operations.cpp", "src/io/scene_initial.cpp")),
+      "src/model/vector_operations.cpp", "src/io/scene_model.cpp")),
     ("terms are as they were written", r"\b(?:formula|text)\.(?:ends_with|find)", EVERYWHERE),
     ("results are known by their names in records of sweeps, and the observables of pilots",
      r'"(?:(?:size_)?mean_|variance_|_[xy]?|step_error|wavenumber)"',
-     ("src/jobs/sweep/sweep_table.cpp", "src/report/sweep_table.cpp", "src/report/report.cpp",
+     ("src/jobs/sweep/sweep_table.cpp", "src/report/tables.cpp", "src/report/report.cpp",
       "src/run/step_choice.cpp")),
     ("arguments of functions are named in a model file", r"\bname == ", ("src/physics/program_functions.cpp",)),
     ("users write durations and targets as text", r"",

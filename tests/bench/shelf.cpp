@@ -11,7 +11,7 @@
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/stepper_table.hpp"
 #include "drover/numerics/transform.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "run/fields/scene_equations.hpp"
 
 namespace drover {

@@ -61,7 +61,7 @@ TEST(AssayRule, estimates_the_error_of_a_mean_and_removes_the_bias_of_a_square) 
     for (const Trial& trial : trials) mean += trial[0] / 40.0;
     for (const Trial& trial : trials) squares += (trial[0] - mean) * (trial[0] - mean);
     const double error = std::sqrt(squares / 39.0 / 40.0);
-    const auto found = estimate(assay, trials);
+    const auto found = measurement_of(assay, trials).estimates;
     // 400 resamples determine a spread to 1/sqrt(800) of it, and a mean to 1/20 of the spread.
     EXPECT_NEAR(found[0].mean, mean, 4.0 * error / 20.0);
     EXPECT_NEAR(found[0].error.value_or(0.0), error, 4.0 * error / std::sqrt(800.0));
@@ -116,14 +116,14 @@ TEST(AssayRule, rejects_an_assay_that_lacks_a_function_or_gives_another_number_o
     none.trial = nullptr;
     EXPECT_THROW(run_trial(none, {}, conditions, 0), Error);
     none.estimator = nullptr;
-    EXPECT_THROW(estimate(none, trials), Error);
+    EXPECT_THROW(measurement_of(none, trials), Error);
     none.estimator = [](std::span<const Trial>) { return Estimator(); };
-    EXPECT_THROW(estimate(none, trials), Error);
+    EXPECT_THROW(measurement_of(none, trials), Error);
     Assay other = plain(1.0);
     other.quantities.pop_back();
-    EXPECT_THROW(estimate(other, trials), Error);
+    EXPECT_THROW(measurement_of(other, trials), Error);
     other.quantities.clear();
-    EXPECT_THROW(estimate(other, trials), Error);
+    EXPECT_THROW(measurement_of(other, trials), Error);
 }
 
 TEST(AssayRule, reports_a_target_that_is_not_reached) {
@@ -144,7 +144,7 @@ TEST(AssayRule, rejects_invalid_goals_and_trials) {
     EXPECT_THROW(judge(assay, {}, {.round = 0}), Error);
     EXPECT_THROW(judge(assay, {}, {.round = 3}), Error);
     EXPECT_THROW(judge(assay, {}, {.max_trials = 20}), Error);
-    EXPECT_THROW(estimate(assay, std::vector<Trial>{{1.0}, {1.0, 2.0}}), Error);
+    EXPECT_THROW(measurement_of(assay, std::vector<Trial>{{1.0}, {1.0, 2.0}}), Error);
     Conditions round = synthetic_conditions(4);
     round.setup.cell.shape = dem::CellShape::circle;
     EXPECT_EQ(refusal_of([&] { run_trial(assay, {}, round, 0); }),
@@ -163,7 +163,7 @@ TEST(AssayRule, rejects_invalid_goals_and_trials) {
     EXPECT_EQ(message(beads, 4, 0), "plain: the setup has no beads; expected beads.area_fraction or beads.count > 0");
     EXPECT_EQ(message(assay, 0, 900), "plain: the setup has no rods; expected rods.area_fraction or rods.count > 0");
     EXPECT_EQ(refusal_of([&] {
-                  estimate(assay, std::vector<Trial>{{}, {}});
+                  measurement_of(assay, std::vector<Trial>{{}, {}});
               }),
               "plain: trials of no numbers; expected one or more");
     EXPECT_EQ(message(damping(), 4, 0).substr(0, 31), "damping: the setup has no beads");
@@ -204,7 +204,7 @@ TEST(AssayRule, gives_no_error_if_most_resamples_have_no_value) {
     assay.estimator = [](std::span<const Trial>) {
         return [](std::span<const double> means) -> std::vector<double> { return {std::sqrt(means[0]), 0.0}; };
     };
-    const auto found = estimate(assay, trials_of(assay, 32));
+    const auto found = measurement_of(assay, trials_of(assay, 32)).estimates;
     EXPECT_FALSE(found[0].error);
     EXPECT_NE(found[0].why_no_error.find("resamples"), std::string::npos);
 }

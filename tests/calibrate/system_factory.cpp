@@ -43,7 +43,7 @@ TEST(WorldSystem, gives_every_assay_finite_and_reproducible_numbers_that_differ_
             EXPECT_EQ(std::bit_cast<std::uint64_t>(one[i]), std::bit_cast<std::uint64_t>(again[i])) << assay.name;
         EXPECT_EQ(one.size(), other.size());
         EXPECT_NE(one, other) << assay.name;
-        EXPECT_EQ(estimate(assay, std::vector<Trial>{one, other}).size(), assay.quantities.size());
+        EXPECT_EQ(measurement_of(assay, std::vector<Trial>{one, other}).estimates.size(), assay.quantities.size());
     }
 }
 

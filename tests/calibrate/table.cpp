@@ -323,7 +323,7 @@ TEST(SetupRows, say_that_whole_rods_cover_another_part_than_was_asked_for) {
     for (const auto& [side, is_told] : {std::pair{13.5, true}, {90.0, false}}) {
         setup.cell.lx = setup.cell.ly = side;
         std::string remark;
-        for (const SetupRow& row : setup_rows()) remark += remark_on(row, setup);
+        for (const SetupRow& row : setup_rows(setup)) remark += row.remark;
         // 4 of 4.4 rods in 13.5 mm; 194.5 of them in 90 mm.
         EXPECT_EQ(remark.starts_with("4 rods cover 0.09"), is_told) << remark;
         EXPECT_EQ(remark.empty(), !is_told) << remark;

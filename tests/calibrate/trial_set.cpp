@@ -114,7 +114,7 @@ TEST(TrialSet, reports_completed_rounds_before_the_end) {
     ASSERT_TRUE(trial_set.so_far());
     std::vector<Trial> trials;
     for (std::uint64_t t = 0; t < 24; ++t) trials.push_back(good(t).numbers);
-    const std::vector<measure::Estimate> expected = estimate(mean_of_one(), trials);
+    const std::vector<measure::Estimate> expected = measurement_of(mean_of_one(), trials).estimates;
     EXPECT_EQ(trial_set.so_far()->trials, 24u);
     EXPECT_EQ(trial_set.so_far()->estimates[0].mean, expected[0].mean);
     EXPECT_EQ(trial_set.so_far()->estimates[0].error, expected[0].error);

@@ -7,7 +7,7 @@
 
 #include "base/refusal.hpp"
 #include "drover/numerics/stepper.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "physics/evolution.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "physics/whole_rate.hpp"

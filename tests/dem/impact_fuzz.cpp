@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "dem/contact/contact_law.hpp"
-#include "dem/impact/impact_group.hpp"
 #include "dem/impact/impact_increment.hpp"
 #include "dem/impact_support.hpp"
 #include "dem/scenes.hpp"

@@ -1,5 +1,5 @@
 // tests/files/record_identity.cpp: scene texts of versions of drover that know other keys.
-#include "files/record_identity.hpp"
+#include "files/record_folder.hpp"
 
 #include <gtest/gtest.h>
 

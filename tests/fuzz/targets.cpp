@@ -15,8 +15,7 @@
 #include "files/record_folder.hpp"
 #include "io/calibration.hpp"
 #include "io/export.hpp"
-#include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
+#include "io/scene.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::fuzz {

@@ -1,5 +1,5 @@
 // tests/io/scene.cpp: scenes: reading, overrides, writing, consistency checks.
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // tests/io/trial_record.cpp: trials to bytes and back.
-#include "io/trial_record.hpp"
+#include "io/calibration.hpp"
 
 #include <gtest/gtest.h>
 

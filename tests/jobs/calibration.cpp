@@ -9,8 +9,8 @@
 #include "files/input_file.hpp"
 #include "files/record_folder.hpp"
 #include "files/support.hpp"
-#include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
+#include "io/calibration.hpp"
+#include "io/scene.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
 #include "jobs/stop_rule.hpp"
@@ -47,8 +47,8 @@ frame = 0.01
                            "tiny.toml", {});
 }
 
-CalibrationOptions options_for(const std::filesystem::path& folder) {
-    CalibrationOptions options;
+TargetOptions options_for(const std::filesystem::path& folder) {
+    TargetOptions options;
     options.folder = folder;
     options.workers = 1;
     options.quiet = true;
@@ -58,7 +58,7 @@ CalibrationOptions options_for(const std::filesystem::path& folder) {
 TEST(Calibration, resumes_in_a_folder_whose_version_lacked_keys_that_have_their_defaults) {
     const testing_support::Folder folder;
     const io::Scene scene = tiny_scene();
-    const CalibrationOptions options = options_for(folder / "trials");
+    const TargetOptions options = options_for(folder / "trials");
     const CalibrationLayout layout = plan_calibration(scene);
     const std::string older = without(layout.manifest, "skin"), older_plan = without(layout.plans[0], "releases");
     files::join_folder(options.folder, "calibrate.toml", "# made by drover 0.1", older);
@@ -127,7 +127,7 @@ TEST(CalibrationTable, has_the_order_of_resamples_which_numbers_of_the_same_tria
 TEST(Calibration, counts_failed_trials_for_the_rules_and_reads_those_that_earlier_versions_recorded_as_done) {
     const testing_support::Folder folder;
     const io::Scene scene = io::changed(tiny_scene(), {"contacts.max_overlap=1e-4"});
-    const CalibrationOptions options = options_for(folder / "trials");
+    const TargetOptions options = options_for(folder / "trials");
     {
         const ScopedStopRule stop("failures=3");
         const CalibrationOutcome outcome = run_calibration(scene, options);

@@ -15,7 +15,7 @@
 #include "files/support.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/stop_rule.hpp"
-#include "run/loop/same_run.hpp"
+#include "run/loop/provenance.hpp"
 #include "run/loop/signals.hpp"
 
 namespace drover::jobs::campaign_tests {

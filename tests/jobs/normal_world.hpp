@@ -1,7 +1,7 @@
 // tests/jobs/normal_world.hpp: a calibration whose trials are normal numbers, with a known onset.
 #pragma once
 #include "drover/base/random.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/calibration/calibration_layout.hpp"
 
 namespace drover::jobs {

@@ -8,7 +8,7 @@
 
 #include "files/input_file.hpp"
 #include "files/support.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/sweep/sweep_plan.hpp"
 

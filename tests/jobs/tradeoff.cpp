@@ -5,7 +5,7 @@
 
 #include "drover/base/error.hpp"
 #include "drover/measure/statistics.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/tradeoff/trade_axes.hpp"
 #include "jobs/tradeoff/trade_front.hpp"
 #include "run/fields/scene_equations.hpp"

@@ -11,7 +11,7 @@
 #include "drover/base/error.hpp"
 #include "files/bytes.hpp"
 #include "files/support.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/stop_rule.hpp"
 #include "run/loop/signals.hpp"
 

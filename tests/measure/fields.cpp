@@ -11,7 +11,7 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/transform.hpp"
 #include "measure/fields_support.hpp"
-#include "measure/unit_product.hpp"
+#include "measure/summary.hpp"
 
 namespace drover::measure::fields_tests {
 namespace {

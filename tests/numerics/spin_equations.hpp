@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drover/numerics/system.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::numerics {
 

@@ -1,6 +1,6 @@
 // tests/physics/coefficient.cpp: coefficients that depend on the densities: polynomials as written, tables as smooth
 // surfaces.
-#include "physics/coefficient.hpp"
+#include "physics/compiled_model.hpp"
 
 #include <gtest/gtest.h>
 

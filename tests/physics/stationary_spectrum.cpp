@@ -9,7 +9,7 @@
 #include "chi_square.hpp"
 #include "drover/numerics/stepper.hpp"
 #include "drover/numerics/transform.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/solvers/fastest_growth.hpp"
 #include "physics/rod_bead_model.hpp"
 #include "whole_rate.hpp"

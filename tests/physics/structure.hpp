@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drover/theory/theory.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "physics/integrated.hpp"
 #include "uniform_points.hpp"
 

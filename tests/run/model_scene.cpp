@@ -1,7 +1,7 @@
 // tests/run/model_scene.cpp: what is known of scenes with a model of their own before a run.
 #include <gtest/gtest.h>
 
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/warnings/warnings.hpp"
 

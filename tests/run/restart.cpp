@@ -5,7 +5,7 @@
 #include "base/refusal.hpp"
 #include "files/checkpoint.hpp"
 #include "files/support.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "run/run_scene.hpp"
 
 namespace drover::run::restart_tests {

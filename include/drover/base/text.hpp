@@ -67,6 +67,9 @@ std::string suggestion(std::string_view name, std::span<const std::string> known
 /// The items joined by a separator: "a, b, c".
 std::string joined(std::span<const std::string> items, std::string_view separator = ", ");
 
+/// A name as words: with blanks for its underscores.
+std::string words_of(std::string name);
+
 /// Without blanks and tabs at both ends.
 std::string trimmed(std::string words);
 

@@ -138,18 +138,15 @@ std::uint64_t trial_seed(std::uint64_t seed, const std::string& assay, std::uint
 /// a trial, and for a setup without a periodic cell or without the bodies that the assay needs.
 Trial run_trial(const Assay& assay, const SystemFactory& make, const Conditions& conditions, std::uint64_t trial);
 
-/// Estimates with standard errors by the bootstrap over trials: whole trials are resampled, since everything within a
-/// trial may be correlated.  Resamples are drawn by counter, so the same trials give the same errors.
-/// The spread of the resamples is multiplied by sqrt(n/(n - 1)), which makes it exact for a mean.  The difference
-/// between their mean and the estimate is the first-order bias in 1/n (a quotient of noisy means is biased) and is
-/// subtracted.  If more than one resample in 50 gives no finite value, there is no error, and `why_no_error` gives the
-/// reason.
+/// The result of all these trials, compared with no goal.  Standard errors by the bootstrap over trials: whole trials
+/// are resampled, since everything within a trial may be correlated.  Resamples are drawn by counter, so the same
+/// trials give the same errors. The spread of the resamples is multiplied by sqrt(n/(n - 1)), which makes it exact for
+/// a mean.  The difference between their mean and the estimate is the first-order bias in 1/n (a quotient of noisy
+/// means is biased) and is subtracted.  If more than one resample in 50 gives no finite value, there is no error, and
+/// `why_no_error` gives the reason.
 /// Throws an input Error for fewer than two trials, trials without numbers or of different lengths, an assay without an
 /// estimator, and another number of estimates than of quantities.
 /// Source: Efron & Tibshirani, An introduction to the bootstrap (1993), ch. 6 and 10.
-std::vector<measure::Estimate> estimate(const Assay& assay, std::span<const Trial> trials);
-
-/// The result of all these trials, with these errors, compared with no goal.
 Measurement measurement_of(const Assay& assay, std::span<const Trial> trials);
 
 /// Evaluates the first whole rounds of these trials, in order, until they suffice; later trials have no effect, so

@@ -13,6 +13,14 @@ namespace drover::numerics {
 
 using Complex = std::complex<double>;
 
+/// The real and the imaginary part of each.
+inline std::span<const double> parts_of(const std::vector<Complex>& values) {
+    return {reinterpret_cast<const double*>(values.data()), 2 * values.size()};
+}
+inline std::span<double> parts_of(std::vector<Complex>& values) {
+    return {reinterpret_cast<double*>(values.data()), 2 * values.size()};
+}
+
 /// i^n.
 inline Complex power_of_i(int n) {
     constexpr std::array<Complex, 4> powers{{{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}}};

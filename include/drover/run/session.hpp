@@ -16,7 +16,7 @@ struct Scene;
 
 namespace drover::run {
 
-class SessionState;
+struct SessionState;
 
 /// An array of a frame.
 struct FrameArray {

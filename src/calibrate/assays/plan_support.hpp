@@ -71,9 +71,7 @@ inline std::function<Estimator(std::span<const Trial>)> always(Estimator estimat
 }
 
 using numerics::fit_line;
+using numerics::least_squares;
 using numerics::Line;
-
-/// Coefficients of these columns in the least-squares fit to y; NaN if the columns are linearly dependent.
-std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);
 
 }  // namespace drover::calibrate

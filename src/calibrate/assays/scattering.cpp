@@ -8,7 +8,7 @@
 #include "base/mapped.hpp"
 #include "calibrate/assays/plan_support.hpp"
 #include "calibrate/catalogue.hpp"
-#include "dem/packing/supply.hpp"
+#include "dem/packing/packing.hpp"
 
 namespace drover::calibrate {
 

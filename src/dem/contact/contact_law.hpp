@@ -131,7 +131,7 @@ struct PairwiseImpulse {
     bool limited = false;              ///< friction was reduced, since the impulse would have created energy
 };
 
-/// A contact that approaches: its velocity u and its response K to impulses, see dem/impact_frame.hpp.
+/// A contact that approaches: its velocity u and its response K to impulses, see dem/impact/impact_increment.hpp.
 struct Response;
 struct Slip;
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "dem/contact/body_access.hpp"
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/text.hpp"
 

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dem/contact/body_access.hpp"
-#include "dem/contact/coefficients.hpp"
+#include "dem/contact/contact_report.hpp"
 
 namespace drover::dem {
 

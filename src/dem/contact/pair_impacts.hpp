@@ -5,7 +5,7 @@
 
 #include "dem/contact/contact_report.hpp"
 #include "dem/flight/step_rules.hpp"
-#include "dem/neighbours/overlaps.hpp"
+#include "dem/neighbours/neighbours.hpp"
 #include "drover/base/threads.hpp"
 #include "drover/dem/world.hpp"
 

@@ -6,8 +6,7 @@
 #include <bit>
 
 #include "dem/bodies/rotation.hpp"
-#include "dem/contact/body_access.hpp"
-#include "dem/contact/coefficients.hpp"
+#include "dem/contact/contact_report.hpp"
 #include "dem/impact/impact_increment.hpp"
 #include "drover/base/random.hpp"
 

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <tuple>
 
-#include "dem/contact/body_access.hpp"
-#include "dem/contact/coefficients.hpp"
-#include "dem/impact/impact_frame.hpp"
+#include "dem/contact/contact_report.hpp"
+#include "dem/impact/impact_increment.hpp"
 
 namespace drover::dem {
 

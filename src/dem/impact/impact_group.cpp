@@ -1,7 +1,5 @@
 // dem/impact/impact_group.cpp: simultaneous impacts, solved for the velocities and impulses at the contacts of a
 // group, and a frictionless inelastic impact of a group, by an active set.
-#include "dem/impact/impact_group.hpp"
-
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>

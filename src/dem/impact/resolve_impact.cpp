@@ -6,7 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "dem/impact/impact_group.hpp"
 #include "dem/impact/impact_increment.hpp"
 
 namespace drover::dem {

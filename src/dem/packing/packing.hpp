@@ -1,10 +1,16 @@
-// dem/packing/packing.hpp: initial positions and directions of bodies.
+// dem/packing/packing.hpp: shapes of the bodies that a setup asks for, and their initial positions and directions.
 #pragma once
 #include <cstdint>
 
 #include "drover/dem/bodies.hpp"
 
 namespace drover::dem {
+
+/// A rod of the supply with all its lengths scaled.
+Shape rod_shape(const RodSupply& rods, double scale, const Locate& locate);
+
+/// Mean projected area of a bead of the mixture [mm^2].
+double mean_area(const BeadSupply& beads);
 
 /// Bodies of the setup at rest between the plates at t = 0, without overlaps with each other, plates and walls.
 /// Positions are random. Directions are random and without order (kind "random") or all along +x ("aligned").  Throws a

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "base/unread_keys.hpp"
-#include "dem/packing/supply.hpp"
+#include "dem/packing/packing.hpp"
 #include "drover/base/text.hpp"
 #include "drover/dem/bodies.hpp"
 

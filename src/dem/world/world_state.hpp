@@ -7,8 +7,6 @@
 #include "dem/contact/pair_impacts.hpp"
 #include "dem/contact/pairwise_contacts.hpp"
 #include "dem/contact/soft_contacts.hpp"
-#include "dem/flight/bead_flight.hpp"
-#include "dem/flight/rod_flight.hpp"
 #include "dem/flight/spheres.hpp"
 #include "dem/neighbours/neighbours.hpp"
 #include "drover/dem/world.hpp"

@@ -7,18 +7,17 @@
 #include <numeric>
 #include <utility>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "base/log.hpp"
 #include "base/mapped.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
 #include "io/calibration.hpp"
-#include "io/trial_record.hpp"
 #include "jobs/calibration/target_plan.hpp"
 #include "jobs/campaign/campaign.hpp"
-#include "run/loop/loop.hpp"
 #include "run/loop/provenance.hpp"
+#include "run/loop/simulation.hpp"
 
 namespace drover::jobs {
 
@@ -108,7 +107,7 @@ std::string result_text(const calibrate::TrialSet& trial_set) {
                 found.diagnosis.empty() ? "" : "; " + found.diagnosis);
 }
 
-TargetLimits limits_of(const io::Scene& scene, const CalibrationOptions& options, int workers) {
+TargetLimits limits_of(const io::Scene& scene, const TargetOptions& options, int workers) {
     return {.max_trials = static_cast<std::size_t>(scene.calibration.max_trials),
             .budget = options.budget,
             .workers = static_cast<std::size_t>(workers)};
@@ -117,7 +116,7 @@ TargetLimits limits_of(const io::Scene& scene, const CalibrationOptions& options
 /// The plan of a campaign: which trials are still needed, from those that have ended anywhere.
 class NeededTrials {
 public:
-    NeededTrials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options, int workers)
+    NeededTrials(const io::Scene& scene, const StoredTrials& stored, const TargetOptions& options, int workers)
         : stored_(stored), options_(options), factory_(calibrate::system_factory(scene.time.dt)) {
         if (!options.targets.empty())
             wanted_.emplace(stored.layout, options.targets, limits_of(scene, options, workers));
@@ -249,7 +248,7 @@ private:
     }
 
     const StoredTrials& stored_;
-    const CalibrationOptions& options_;
+    const TargetOptions& options_;
     calibrate::SystemFactory factory_;
     std::vector<Unit> units_;           // as in the layout
     std::optional<TargetPlan> wanted_;  // for wanted numbers
@@ -298,7 +297,7 @@ CalibrationLayout plan_in(const fs::path& folder, const io::Scene& scene) {
     return layout;
 }
 
-void join(const io::Scene& scene, const CalibrationOptions& options) {
+void join(const io::Scene& scene, const TargetOptions& options) {
     const CalibrationLayout layout = plan_in(options.folder, scene);
     warn_of_idle_keys(scene);
     needed_assays(layout, options.targets);  // targets that it cannot answer are rejected before there is a folder
@@ -310,7 +309,7 @@ void join(const io::Scene& scene, const CalibrationOptions& options) {
                                        "the calibration"));
 }
 
-void run_trials(const io::Scene& scene, const StoredTrials& stored, const CalibrationOptions& options,
+void run_trials(const io::Scene& scene, const StoredTrials& stored, const TargetOptions& options,
                 CalibrationOutcome& outcome) {
     const JobOptions job = with_workers(options, scene.calibration.workers);
     NeededTrials needed(scene, stored, options, job.workers);
@@ -329,7 +328,7 @@ void run_trials(const io::Scene& scene, const StoredTrials& stored, const Calibr
 
 /// For wanted numbers: the layout of the assays that they need and of those that have trials in the folder, without a
 /// goal for each.
-CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& options) {
+CalibrationLayout layout_for(const io::Scene& scene, const TargetOptions& options) {
     CalibrationLayout layout = plan_in(options.folder, scene);
     if (options.targets.empty()) return layout;
     io::Scene part = scene;
@@ -343,7 +342,7 @@ CalibrationLayout layout_for(const io::Scene& scene, const CalibrationOptions& o
 }
 
 /// Takes all trials, and says what they give for the wanted numbers.
-void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, const CalibrationOptions& options,
+void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, const TargetOptions& options,
                    std::vector<calibrate::TrialSet>& trial_sets, CalibrationOutcome& outcome) {
     TargetPlan plan(layout, options.targets, limits_of(scene, options, 1));
     std::vector<UnitProgress> progress;
@@ -356,7 +355,7 @@ void conclude_want(const io::Scene& scene, const CalibrationLayout& layout, cons
 }
 }  // namespace
 
-CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options) {
+CalibrationOutcome run_calibration(const io::Scene& scene, const TargetOptions& options) {
     if (options.collect) require_folder(options.folder, "calibrate");
     join(scene, options);
     const CalibrationLayout layout = layout_for(scene, options);
@@ -386,7 +385,7 @@ CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOpti
     return outcome;
 }
 
-std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options) {
+std::string calibration_status(const io::Scene& scene, const TargetOptions& options) {
     require_folder(options.folder, "calibrate");
     const CalibrationLayout layout = layout_for(scene, options);
     const StoredTrials stored(scene, layout, options.folder);

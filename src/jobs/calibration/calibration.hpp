@@ -1,26 +1,16 @@
 // jobs/calibration/calibration.hpp: assays over area fractions: trials on workers, resumable at any time, into one
 // table.
 #pragma once
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "io/scene.hpp"
 #include "jobs/calibration/calibration_layout.hpp"
 #include "jobs/campaign/accuracy_target.hpp"
-#include "jobs/campaign/job_options.hpp"
 #include "run/result.hpp"
 
 namespace drover::jobs {
-
-struct CalibrationOptions : JobOptions {
-    /// Wanted numbers: trials are spread so that these reach their errors soonest; without any, every assay at every
-    /// point reaches calibrate.relative_error.
-    std::vector<AccuracyTarget> targets = {};
-    double budget = INFINITY;  ///< core seconds of all trials for wanted numbers
-};
 
 struct CalibrationOutcome {
     std::size_t units = 0;          ///< measurements
@@ -37,17 +27,17 @@ struct CalibrationOutcome {
     std::size_t unmet_wants = 0;            ///< wanted numbers that did not reach their errors
 };
 
+/// Trials are spread so that the wanted numbers reach their errors soonest; without any, every assay at every point
+/// reaches calibrate.relative_error.
+///
 /// Runs the missing trials that no other process in `folder` has.  Call it again to resume after a stop, also after
 /// kill -9: completed trials are never lost.  Then writes table.h5 and table.toml there, whose bytes depend on the
 /// scene and the trials alone.  The same folder accepts other goals, more points and more assays of the same scene.
 /// Throws an input Error if it holds the trials of another scene.
-CalibrationOutcome run_calibration(const io::Scene& scene, const CalibrationOptions& options);
+CalibrationOutcome run_calibration(const io::Scene& scene, const TargetOptions& options);
 
 /// One line over all processes in the folder: measurements done; trials done, failed and running, their rate and the
 /// time left.  Of `options` it takes the folder, the targets and the budget.
-std::string calibration_status(const io::Scene& scene, const CalibrationOptions& options);
-
-/// The complete table as TOML.
-std::string calibration_toml(const calibrate::Table& table, const std::string& heading);
+std::string calibration_status(const io::Scene& scene, const TargetOptions& options);
 
 }  // namespace drover::jobs

@@ -45,5 +45,7 @@ void add_measured_rows(const CalibrationLayout& layout, const std::vector<calibr
 void add_setup_rows(const CalibrationLayout& layout, calibrate::Table& table);
 /// The table of the results so far, with the derived rows.
 calibrate::Table table_of(const CalibrationLayout& layout, const std::vector<calibrate::TrialSet>& trial_sets);
+/// The complete table as TOML.
+std::string calibration_toml(const calibrate::Table& table, const std::string& heading);
 
 }  // namespace drover::jobs

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "files/archive_reader.hpp"
+#include "jobs/campaign/job_options.hpp"
 #include "run/report/report.hpp"
 
 namespace drover::jobs {
@@ -34,6 +35,15 @@ struct AccuracyTarget {
 /// for an error that is not positive.
 AccuracyTarget parse_accuracy_target(const std::string& given);
 std::vector<AccuracyTarget> parse_accuracy_targets(const std::vector<std::string>& given);
+
+/// What a job is asked that is to find wanted numbers.
+struct TargetOptions : JobOptions {
+    std::vector<AccuracyTarget> targets = {};
+    double budget = INFINITY;      ///< core seconds of all trials for them
+    double run_budget = INFINITY;  ///< core seconds of a recommended run
+};
+/// From the texts of targets; with both budgets.
+TargetOptions target_options(JobOptions job, const std::vector<std::string>& targets, double budget = INFINITY);
 
 /// "polar_order=1" may mean 1 %: throws an input Error that asks for the unit where an absolute error without one is
 /// half of the value or more, and where its unit is not that of the number.

@@ -137,7 +137,4 @@ std::vector<std::string> stop_rules();
 /// The names of all rules with their meanings, for the help of a command.
 std::string stop_rules_help();
 
-/// The first rule that is met; "": none.
-std::string met_rule(const Progress& progress);
-
 }  // namespace drover::jobs

@@ -8,7 +8,7 @@
 #include "files/archive_reader.hpp"
 #include "files/bytes.hpp"
 #include "files/checkpoint.hpp"
-#include "run/loop/same_run.hpp"
+#include "run/loop/provenance.hpp"
 
 namespace drover::jobs {
 

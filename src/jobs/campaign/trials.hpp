@@ -34,13 +34,6 @@ struct TrialResult {
     double seconds() const { return start_seconds + step_seconds; }
 };
 
-/// What a study of speed and accuracy is asked.
-struct TradeoffOptions : JobOptions {
-    std::vector<AccuracyTarget> targets = {};
-    double budget = 0.0;      ///< core seconds of all trials
-    double run_budget = 0.0;  ///< core seconds of the recommended run
-};
-
 /// The trials of one folder, in which any number of processes may work.
 class Trials {
 public:

@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "drover/base/error.hpp"
 #include "run/loop/signals.hpp"
 

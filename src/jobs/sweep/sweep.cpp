@@ -9,13 +9,12 @@
 #include "base/mapped.hpp"
 #include "files/input_file.hpp"
 #include "files/new_file.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/campaign/campaign.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/sweep/sweep_plan.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/loop/provenance.hpp"
-#include "run/loop/same_run.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::jobs {

@@ -7,7 +7,7 @@
 
 #include "base/constants.hpp"
 #include "base/mapped.hpp"
-#include "files/record_identity.hpp"
+#include "files/record_folder.hpp"
 #include "jobs/campaign/accuracy_target.hpp"
 #include "measure/replicates.hpp"
 #include "run/fields/scene_equations.hpp"

@@ -6,7 +6,7 @@
 #include "dem/contact/contact_law.hpp"
 #include "drover/base/error.hpp"
 #include "io/declared_model.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "physics/integrated.hpp"
 #include "run/fields/scene_equations.hpp"

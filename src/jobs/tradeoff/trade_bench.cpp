@@ -10,7 +10,7 @@
 #include "base/mapped.hpp"
 #include "drover/base/error.hpp"
 #include "files/archive_reader.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "measure/replicates.hpp"
 #include "run/run_scene.hpp"
 #include "run/simulation_type.hpp"
@@ -89,7 +89,7 @@ std::vector<double> common_samples(const TargetNumber& number, double spacing) {
 }
 }  // namespace
 
-TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TradeoffOptions& options)
+TradeBench::TradeBench(const io::Scene& given, const std::string& of, const TargetOptions& options)
     : trials(of, options),
       scene(given),
       budget(options.budget),

@@ -84,7 +84,7 @@ std::string time_text(const BenchFacts& facts, double time);
 class TradeBench : public BenchFacts {
 public:
     /// `of`: the resolved text of the scene whose trials the folder holds.
-    TradeBench(const io::Scene& scene, const std::string& of, const TradeoffOptions& options);
+    TradeBench(const io::Scene& scene, const std::string& of, const TargetOptions& options);
 
     Trials trials;
     io::Scene scene;             ///< that the trials change

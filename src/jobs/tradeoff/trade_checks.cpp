@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "drover/base/error.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/tradeoff/trade_axes.hpp"
 #include "run/run_scene.hpp"
 #include "run/step_choice.hpp"

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 
 namespace drover::jobs {
 

@@ -71,7 +71,7 @@ struct Findings : BenchFacts {
 };
 
 /// Makes the trials of a study, axis by axis, within the budget.
-Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
+Findings find_tradeoff(const io::Scene& scene, const TargetOptions& options);
 
 /// All combinations that follow, cheapest first for their error: none is both cheaper and better than another.
 /// `only`: those of one model.

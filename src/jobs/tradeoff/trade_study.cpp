@@ -4,7 +4,7 @@
 
 #include "base/mapped.hpp"
 #include "drover/base/error.hpp"
-#include "io/scene_text.hpp"
+#include "io/scene.hpp"
 #include "jobs/tradeoff/trade_front.hpp"
 
 namespace drover::jobs {
@@ -12,7 +12,7 @@ namespace drover::jobs {
 namespace {
 class Study {
 public:
-    Study(const io::Scene& scene, const TradeoffOptions& options)
+    Study(const io::Scene& scene, const TargetOptions& options)
         : bench_(trial_scene(scene), io::resolved_text(scene), options), options_(options) {
         found_.targets = options.targets;
         bench_.statistical = !io::has_grid(scene.kind) || io::has_noise(scene);
@@ -474,7 +474,7 @@ private:
     }
 
     TradeBench bench_;
-    TradeoffOptions options_;
+    TargetOptions options_;
     Findings found_;
     std::vector<StepLadder> ladders_;
     std::vector<std::string> reference_;  ///< changes of the reference of the steps
@@ -487,6 +487,6 @@ private:
 };
 }  // namespace
 
-Findings find_tradeoff(const io::Scene& scene, const TradeoffOptions& options) { return Study(scene, options).find(); }
+Findings find_tradeoff(const io::Scene& scene, const TargetOptions& options) { return Study(scene, options).find(); }
 
 }  // namespace drover::jobs

@@ -8,7 +8,6 @@
 #include "drover/base/error.hpp"
 #include "files/new_file.hpp"
 #include "files/record_folder.hpp"
-#include "io/scene_text.hpp"
 #include "jobs/tradeoff/trade_front.hpp"
 #include "run/fields/field_simulation.hpp"
 #include "run/fields/scene_equations.hpp"
@@ -260,7 +259,7 @@ std::vector<std::string> reasons(const Findings& found, const std::vector<Candid
                                found.statistical ? ", " + time_text(found, ten->end) : ""));
     return words;
 }
-Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TradeoffOptions& options) {
+Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TargetOptions& options) {
     const std::vector<Candidate> front = front_of(found, scene);
     const Candidate* best = recommended(front, options.run_budget);
     Tradeoff outcome{.result = {}, .recommended = std::nullopt, .recommended_text = "", .seconds = found.spent};
@@ -328,7 +327,7 @@ void check_targets(const io::Scene& scene, const std::vector<AccuracyTarget>& ta
 }
 }  // namespace
 
-Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options) {
+Tradeoff study_tradeoff(const io::Scene& scene, const TargetOptions& options) {
     require(!options.targets.empty(), {.file = "--want"}, "no number is wanted; give at least one, such as {}=1%",
             run::example_observable(scene));
     if (options.collect) require_folder(options.folder, "tradeoff");

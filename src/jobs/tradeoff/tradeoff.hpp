@@ -27,7 +27,7 @@ struct Tradeoff {
 /// it again to resume, or with other targets.  Writes tradeoff.json there, and recommended.toml.  Throws an input Error
 /// when the folder holds the trials of another scene, and for a target that the run does not answer; a run Error when
 /// the scene as given cannot be run within the budget.
-Tradeoff study_tradeoff(const io::Scene& scene, const TradeoffOptions& options);
+Tradeoff study_tradeoff(const io::Scene& scene, const TargetOptions& options);
 
 /// One line over all processes in the folder of a study: trials done, failed and running.
 std::string tradeoff_status(const io::Scene& scene, const std::filesystem::path& folder);

@@ -1,9 +1,10 @@
-// numerics/algebra/extremum.cpp: the simplex and the weighted least squares of GSL.
+// numerics/algebra/extremum.cpp: the simplex of GSL, and least squares.
 #include "numerics/algebra/extremum.hpp"
 
 #include <gsl/gsl_fit.h>
 #include <gsl/gsl_multimin.h>
 
+#include <Eigen/Dense>
 #include <memory>
 
 #include "base/mapped.hpp"
@@ -60,6 +61,19 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
 
 Line fit_line_of_times(std::span<const double> x, std::span<const double> y) {
     return fit_line(x, y, mapped(x, [](double one) { return 1.0 / (one * one); }));
+}
+
+std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y) {
+    const auto rows = static_cast<Eigen::Index>(y.size()), unknowns = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd matrix(rows, unknowns);
+    for (Eigen::Index k = 0; k < unknowns; ++k)
+        matrix.col(k) = Eigen::Map<const Eigen::VectorXd>(columns[static_cast<std::size_t>(k)].data(), rows);
+    const auto solver = matrix.colPivHouseholderQr();
+    std::vector<double> factors(columns.size(), nan);
+    if (solver.rank() < unknowns) return factors;
+    Eigen::Map<Eigen::VectorXd>(factors.data(), unknowns) =
+        solver.solve(Eigen::Map<const Eigen::VectorXd>(y.data(), rows));
+    return factors;
 }
 
 }  // namespace drover::numerics

@@ -69,4 +69,7 @@ Line fit_line(std::span<const double> x, std::span<const double> y, std::span<co
 /// As fit_line, with the weights 1/x^2: y scatters in proportion to x, as displacements in a time do.
 Line fit_line_of_times(std::span<const double> x, std::span<const double> y);
 
+/// Coefficients of these columns in the least-squares fit to y; NaN if the columns are linearly dependent.
+std::vector<double> least_squares(const std::vector<std::vector<double>>& columns, const std::vector<double>& y);
+
 }  // namespace drover::numerics

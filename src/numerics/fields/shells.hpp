@@ -1,12 +1,24 @@
-// numerics/fields/shells.hpp: shells of |q|, sectors of its direction, and box windows; shared by measurement and
-// theory.
+// numerics/fields/shells.hpp: the distinct |q| of a grid, for quantities that depend only on |q|; shells of |q|,
+// sectors of its direction, and box windows; shared by measurement and theory.
 #pragma once
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "drover/numerics/field.hpp"
+#include "drover/numerics/grid.hpp"
 
 namespace drover::numerics {
+
+/// The distinct |q| of the kept modes, and the index of that of each stored mode.
+struct DistinctWavenumbers {
+    std::vector<double> q;              ///< ascending, q[0] = 0 [1/mm]
+    std::vector<double> inverse;        ///< 1/q, and 0 for q = 0
+    std::vector<std::int32_t> of_mode;  ///< -1: the mode is not kept
+};
+
+/// `degree`: as for is_kept.
+DistinctWavenumbers distinct_wavenumbers(const Grid& grid, int degree);
 
 /// The modes of a grid sorted into shells of width dq = 2 pi / max(lx, ly), shell n holding |q|/dq in [n + 1/2, n +
 /// 3/2), out to the largest circle inside the kept modes: complete, non-empty shells only.  q = 0 is in none.

@@ -3,7 +3,6 @@
 #include "drover/numerics/transform.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <vector>
 

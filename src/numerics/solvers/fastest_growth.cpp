@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/constants.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/steppers/isotropic.hpp"
 
 namespace drover::numerics {

@@ -176,9 +176,9 @@ void AdaptiveStepper::advance(std::int64_t step, Spectra& state) {
 }
 
 void AdaptiveStepper::advance_by_sundials(std::int64_t step, Spectra& state) {
-    const SundialsStepper::Count before = sundials_->count();
+    const StepCount before = sundials_->count();
     sundials_->advance(step, state);
-    const SundialsStepper::Count& now = sundials_->count();
+    const StepCount& now = sundials_->count();
     count_.accepted += now.accepted - before.accepted;
     count_.rejected += now.rejected - before.rejected;
     count_.right_hand_sides += now.right_hand_sides - before.right_hand_sides;

@@ -14,13 +14,6 @@
 
 namespace drover::numerics {
 
-/// Steps taken so far.
-struct StepCount {
-    std::int64_t accepted = 0, rejected = 0;
-    std::int64_t right_hand_sides = 0;  ///< of multistep methods and of those of SUNDIALS
-    double largest_error = 0.0;         ///< of an accepted part, relative; only with a tolerance, not of SUNDIALS
-};
-
 /// The step of the method, and how exactly each part of it must be taken.
 struct StepControl {
     std::string method;         ///< name of a TimeMethod

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "drover/numerics/block.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::numerics {
 

@@ -10,7 +10,7 @@
 #include "drover/base/random.hpp"
 #include "drover/numerics/system.hpp"
 #include "numerics/fields/complex_registers.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::numerics {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drover/numerics/system.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 
 namespace drover::numerics {
 

@@ -400,11 +400,10 @@ std::vector<double> Stepper::save_history() const {
     const Work& w = *work_;
     if (w.known_rates == 0) return {};
     std::vector<double> saved{static_cast<double>(w.following_step)};
-    for (std::size_t k = 0; k < w.known_rates; ++k)
-        for (const Complex value : w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values) {
-            saved.push_back(value.real());
-            saved.push_back(value.imag());
-        }
+    for (std::size_t k = 0; k < w.known_rates; ++k) {
+        const auto parts = parts_of(w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values);
+        saved.insert(saved.end(), parts.begin(), parts.end());
+    }
     return saved;
 }
 
@@ -423,12 +422,9 @@ void Stepper::restore_history(std::span<const double> saved) {
             saved.size(), w.table.name, numbers, max_rates);
     w.following_step = static_cast<std::uint64_t>(saved[0]);
     w.known_rates = count;
-    const double* from = saved.data() + 1;
     for (std::size_t k = 0; k < count; ++k)
-        for (Complex& value : w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values) {
-            value = {from[0], from[1]};
-            from += 2;
-        }
+        std::ranges::copy(saved.subspan(1 + k * numbers, numbers),
+                          parts_of(w.rates[k == 0 ? 0 : w.first_old_rate() + k - 1].values).begin());
 }
 
 bool Stepper::estimates_error() const { return work_->table.history == 0 && !work_->estimate.plan.uses.empty(); }

@@ -49,7 +49,7 @@ struct SundialsStepper::Work {
     std::vector<double> begin_values, values;     // at the last start without history, at next_step
     std::int64_t begin_step = 0, next_step = -1;
     std::int64_t steps_since_begin = 0;
-    Count count, before;  // before: of the integrator at the last look
+    StepCount count, before;  // before: of the integrator at the last look
     std::exception_ptr failure;
     std::string message;
     Owned<SUNContext, ContextDeleter> context;
@@ -247,7 +247,7 @@ void SundialsStepper::Work::look_at_counts() {
         ARKStepGetNumErrTestFails(arkode.get(), &error_failures);
         ARKStepGetNumStepSolveFails(arkode.get(), &solve_failures);
     }
-    const Count now{.accepted = steps, .rejected = error_failures + solve_failures};
+    const StepCount now{.accepted = steps, .rejected = error_failures + solve_failures};
     steps_since_begin += now.accepted - before.accepted;
     count.accepted += now.accepted - before.accepted;
     count.rejected += now.rejected - before.rejected;
@@ -301,7 +301,7 @@ void SundialsStepper::advance(std::int64_t step, Spectra& state) {
     w.modes.unpack(w.values, state);
 }
 
-const SundialsStepper::Count& SundialsStepper::count() const { return work_->count; }
+const StepCount& SundialsStepper::count() const { return work_->count; }
 
 double SundialsStepper::last_step() const {
     double step = 0.0;

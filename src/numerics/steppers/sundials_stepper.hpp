@@ -12,6 +12,13 @@
 
 namespace drover::numerics {
 
+/// Steps taken so far.
+struct StepCount {
+    std::int64_t accepted = 0, rejected = 0;
+    std::int64_t right_hand_sides = 0;  ///< of multistep methods and of those of SUNDIALS
+    double largest_error = 0.0;         ///< of an accepted part, relative; only with a tolerance, not of SUNDIALS
+};
+
 /// "SUNDIALS 6.4.1".
 std::string sundials_library();
 
@@ -36,10 +43,7 @@ public:
     void advance(std::int64_t step, Spectra& state);
     static constexpr std::int64_t steps_between_starts = 1000;
 
-    struct Count {
-        std::int64_t accepted = 0, rejected = 0, right_hand_sides = 0;
-    };
-    const Count& count() const;
+    const StepCount& count() const;
     double last_step() const;  ///< [s]
 
     /// The history is not stored: these are the state and the step of the last start without one, and the step now.

@@ -1,7 +1,6 @@
 // run/fields/field_problem.hpp: what a run of fields needs of its equations, whatever they are.
 #pragma once
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -82,8 +81,5 @@ bool is_finite(numerics::Complex value, std::size_t modes);
 /// The fields in balance with a state, on the grid.
 void find_balanced(const model::FieldEvolution& evolution, double time, const numerics::Spectra& state,
                    numerics::Fields& to);
-/// The coefficients of a state as numbers of a checkpoint: two for each mode; and back, for as many numbers.
-void append_numbers(const numerics::Spectra& state, std::vector<double>& to);
-void take_numbers(std::span<const double> numbers, numerics::Spectra& state);
 
 }  // namespace drover::run

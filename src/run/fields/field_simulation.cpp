@@ -226,9 +226,9 @@ public:
     std::vector<double> save() const override {
         std::vector<double> all = evolution_.save();
         all.push_back(time_);
-        append_numbers(state_, all);
         const std::vector<double> bias = bias_ ? bias_->save() : std::vector<double>{};
-        all.insert(all.end(), bias.begin(), bias.end());
+        for (const std::span<const double> part : {numerics::parts_of(state_.values), std::span(bias)})
+            all.insert(all.end(), part.begin(), part.end());
         all.push_back(static_cast<double>(bias.size()));
         return all;
     }
@@ -237,7 +237,7 @@ public:
         const SavedRun saved = saved_run(all, 2 * state_.values.size());
         evolution_.restore(saved.stepper);
         time_ = saved.time;
-        take_numbers(saved.state, state_);
+        std::ranges::copy(saved.state, numerics::parts_of(state_.values).begin());
         restore_field_health(evolution_.linear(), state_, std::llround(time_ / dt), health_);
         if (bias_) bias_->restore(saved.bias);
     }

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "base/mapped.hpp"
-#include "calibrate/counterterm.hpp"
 #include "calibrate/slow_order.hpp"
 #include "model/energy.hpp"
 #include "model/start.hpp"
@@ -23,23 +22,6 @@ model::Integrated whole_equations_of(const io::Scene& scene) {
     return {.equations = equations, .kept_degree = io::kept_degree(scene, equations)};
 }
 
-/// Of a model of one's own, with the conserved means of its start.
-theory::StationaryStates own_states(const io::Scene& scene, const model::Equations& equations) {
-    return theory::stationary_states(equations, conserved_start(scene, equations));
-}
-
-/// Of a model file, whose fields follow the order in one way alone: without a search where that is enough.
-theory::StationaryStates keyed_states(const physics::Equations& keyed, const model::Equations& equations) {
-    std::optional<theory::StationaryStates> few;
-    if (keyed.model.text_terms.empty()) few = theory::states_of_cubic_order(keyed.theory(), equations.reference());
-    theory::StationaryStates found = few ? *std::move(few) : theory::stationary_states(equations);
-    if (found.why_no_order.empty()) return found;
-    if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
-        found.why_no_order = why;
-        if (found.states.empty()) found.why_none = why;
-    }
-    return found;
-}
 }  // namespace
 
 model::Integrated compiled_of(const io::Scene& scene) {
@@ -113,16 +95,26 @@ model::UniformState conserved_start(const io::Scene& scene, const model::Equatio
 }
 
 theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return own_states(scene, equations);
-    return keyed_states(physics::Equations(scene.model), equations);
+    if (scene.kind == io::SceneKind::model)
+        return theory::stationary_states(equations, conserved_start(scene, equations));
+    // The fields of a model file follow the order in one way alone: without a search where that is enough.
+    const physics::Equations keyed(scene.model);
+    std::optional<theory::StationaryStates> few;
+    if (keyed.model.text_terms.empty()) few = theory::states_of_cubic_order(keyed.theory(), equations.reference());
+    theory::StationaryStates found = few ? *std::move(few) : theory::stationary_states(equations);
+    if (found.why_no_order.empty()) return found;
+    if (const std::string why = calibrate::why_no_order(keyed); !why.empty()) {
+        found.why_no_order = why;
+        if (found.states.empty()) found.why_none = why;
+    }
+    return found;
 }
 
 theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations) {
-    if (scene.kind == io::SceneKind::model) return own_states(scene, equations);
-    const physics::Equations keyed(scene.model);
-    if (const std::string term = physics::nonuniform_term(keyed); !term.empty())
-        return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};
-    return keyed_states(keyed, equations);
+    if (scene.kind != io::SceneKind::model)
+        if (const std::string term = placed_term_of(scene, equations); !term.empty())
+            return {.states = {}, .why_none = term + " depends on position or time", .why_no_order = {}};
+    return uniform_states_of(scene, equations);
 }
 
 std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,

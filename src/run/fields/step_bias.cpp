@@ -176,9 +176,9 @@ std::vector<double> StepBias::save() const {
         static_cast<double>(completed_), static_cast<double>(completed_length_), static_cast<double>(next_)};
     for (const auto* sums : {&early_, &late_}) values.insert(values.end(), sums->begin(), sums->end());
     if (length_ == 0) return values;
-    append_numbers(twin_state_, values);
     const std::vector<double> evolution = twin_->save();
-    values.insert(values.end(), evolution.begin(), evolution.end());
+    for (const std::span<const double> part : {numerics::parts_of(twin_state_.values), std::span(evolution)})
+        values.insert(values.end(), part.begin(), part.end());
     return values;
 }
 
@@ -200,7 +200,7 @@ void StepBias::restore(std::span<const double> values) {
     std::copy(from(fixed + sums), from(complete), late_.begin());
     if (values.size() == complete) return;
     twin_state_ = numerics::Spectra(run_.scene.grid, components());
-    take_numbers(values.subspan(complete), twin_state_);
+    std::ranges::copy(values.subspan(complete, modes), numerics::parts_of(twin_state_.values).begin());
     make_twin();
     twin_->restore(values.subspan(complete + modes));
 }

@@ -8,7 +8,7 @@
 #include <exception>
 #include <new>
 
-#include "base/clock.hpp"
+#include "base/duration.hpp"
 #include "drover/base/error.hpp"
 
 namespace drover::run {

@@ -83,15 +83,6 @@ Sampling sampling_of(const files::ArchiveReader& archive, const io::Scene& scene
 /// A report with the summary of what was recorded, whose sampling it sets.
 Report summary_report(const io::Scene& scene, const Sampling& sampling, measure::Recorded& recorded);
 
-/// From what the archive of a run of fields has recorded, for the rows of its summary.
-/// is_exact: every term is linear.
-StepBiases step_biases(const files::ArchiveReader& archive, const io::Scene& scene, bool is_exact,
-                       const BiasedRows& measured, const measure::Summary& summary);
-
-/// Of results that are wrong by more than a tenth, beyond their uncertainties: one warning at most.
-std::vector<std::string> step_bias_warnings(const StepBiases& biases, const io::Scene& scene,
-                                            const measure::Summary& summary);
-
 /// "-0.3 +- 0.1 %" of the value, or in its unit where the value may be zero; "not resolved (effort 5 %)",
 /// "not measured", "exact".
 std::string step_bias_text(const StepBiases& biases, const io::Scene& scene, const std::string& row,

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/constants.hpp"
-#include "calibrate/counterterm.hpp"
+#include "calibrate/slow_order.hpp"
 #include "io/declared_model.hpp"
 #include "model/start.hpp"
 #include "numerics/solvers/fastest_growth.hpp"

@@ -11,7 +11,7 @@
 #include "io/units.hpp"
 #include "measure/fields.hpp"
 #include "model/start.hpp"
-#include "numerics/fields/wavenumbers.hpp"
+#include "numerics/fields/shells.hpp"
 #include "numerics/steppers/time_method.hpp"
 #include "run/fields/field_prediction.hpp"
 #include "run/fields/field_simulation.hpp"

@@ -20,12 +20,12 @@
 #include <random>
 
 #include "calibrate/synthetic.hpp"
-#include "io/scene_text.hpp"
-#include "io/trial_record.hpp"
+#include "io/calibration.hpp"
+#include "io/scene.hpp"
 #include "jobs/calibration/target_plan.hpp"
 #include "jobs/campaign/campaign_records.hpp"
 #include "jobs/normal_world.hpp"
-#include "run/loop/loop.hpp"
+#include "run/loop/simulation.hpp"
 
 namespace drover::jobs {
 namespace {
@@ -113,7 +113,7 @@ double excess_after(const calibrate::Assay& assay, const Draw& draw, std::size_t
     if (const auto known = unit.excess.find(rounds); known != unit.excess.end()) return known->second;
     while (unit.trials.size() < rounds * round) unit.trials.push_back(draw.trial(u, unit.trials.size()).numbers);
     double& excess = unit.excess[rounds];
-    const std::vector<measure::Estimate> found = calibrate::estimate(assay, unit.trials);
+    const std::vector<measure::Estimate> found = calibrate::measurement_of(assay, unit.trials).estimates;
     for (std::size_t q = 0; q < found.size(); ++q)
         if (assay.quantities[q].wanted)
             excess = std::max(excess, found[q].error.value_or(INFINITY) / std::abs(found[q].mean));
