@@ -363,7 +363,10 @@ RoughMean rough_mean(std::span<const double> values, std::size_t skip) {
     const Estimate estimate = estimate_mean({.series = {std::vector<double>(used.begin(), used.end())}}, 0);
     double squares = 0.0;
     for (const double value : used) squares += (value - estimate.mean) * (value - estimate.mean);
-    return {estimate.mean, estimate.error.value_or(2.0 * std::sqrt(squares) / static_cast<double>(used.size()))};
+    const auto error_of = [&](double times) {
+        return estimate.error.value_or(std::sqrt(times * squares) / static_cast<double>(used.size()));
+    };
+    return {estimate.mean, error_of(std::max(4.0, 2.0 * estimate.autocorrelation_time)), error_of(4.0)};
 }
 
 RoughMean paired_difference(std::span<const double> a, std::span<const double> b, std::size_t skip) {

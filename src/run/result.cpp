@@ -288,9 +288,15 @@ void add_table(const List& list, const std::string& indent, std::string& out) {
     for (std::size_t column = 0; column < rows.front().size(); ++column) {
         if (list.has_like_rows) clear_rounding(rows, column);
         const Entry& first = rows.front()[column];
-        std::vector<std::string> cells{words_of(first.name) +
-                                       (first.unit.empty() || first.unit == "1" ? "" : " [" + first.unit + "]")};
-        for (const auto& row : rows) cells.push_back(value_text(row[column]));
+        const bool is_of_one_unit =
+            std::ranges::all_of(rows, [&](const auto& row) { return row[column].unit == first.unit; });
+        const auto unit = [&](const Entry& entry, const char* format) {
+            return entry.unit.empty() || entry.unit == "1" ? std::string() : text(format, entry.unit);
+        };
+        std::vector<std::string> cells{words_of(first.name) + (is_of_one_unit ? unit(first, " [{}]") : "")};
+        for (const auto& row : rows)
+            cells.push_back(value_text(row[column]) +
+                            (is_of_one_unit || !is_printed(row[column]) ? "" : unit(row[column], " {}")));
         std::size_t width = 0;
         for (const std::string& cell : cells) width = std::max(width, cell.size());
         for (std::size_t i = 0; i < cells.size(); ++i)

@@ -115,14 +115,15 @@ std::vector<Instability> isotropic_instabilities(const Landscape& land, const Gr
     const auto add_change = [&](double at) {
         found.push_back(found_at(land, at, 0.0));
         found.back().kind = change;
-        if (change == InstabilityKind::order) return;
+        if (change == InstabilityKind::order && at >= land.log_q.front()) return;
         const Growth uniform = growth(land.state, 0.0);
         found.back().rate = uniform.rate;
         found.back().frequency = uniform.frequency;
         found.back().q = 0.0;
     };
     if (!land.grows(x, 0.0)) {
-        if (land.uniform > 0.0) add_change(land.log_q.front());
+        constexpr double far = 20.0;  // below the waves that are searched, none of which grows
+        if (land.uniform > 0.0) add_change(land.log_q.front() - far);
         return found;
     }
     // Order grows without a wave, or in waves that move no scalar; scalars make waves of their own.

@@ -86,3 +86,21 @@ def test_explain_names_the_terms_that_its_growth_rate_leaves_out(tmp_path):
     assert "the growth rate leaves out terms[1], which depend" in drover(tmp_path, "explain", "anchored.toml").stdout
     write(tmp_path, ANCHORED.replace('["0", "-W order_y"]', '["-W order_x", "-W order_y"]'))
     assert drover_json(tmp_path, "explain", "anchored.toml")["growth_leaves_out"] == []
+
+
+@pytest.mark.parametrize("field, equation, growth", [
+    ('{symbol = "u"}', 'u = "r u - u^3 + lap u"', 0.2),
+    ('{symbol = "p", rank = "vector"}', 'p = "(r - p.p) p + lap p"', 0.2)])
+def test_waves_longer_than_those_searched_grow_up_to_the_neutral_one(tmp_path, field, equation, growth):
+    """The rate is r - q^2, positive below sqrt(r) = 0.447, and the search begins at 0.7."""
+    (tmp_path / "s.toml").write_text(f"""
+field = [{field}]
+equations = {{{equation}}}
+coefficients = {{r = {growth}}}
+grid = {{nx = 32, ny = 32, lx = 10.0, ly = 10.0}}
+time = {{dt = 0.1, end = 1.0}}
+""")
+    found = drover_json(tmp_path, "stability", "s.toml", "--set", "stability.min_wavenumber=0.7")
+    one, = next(state["instabilities"] for state in found["states"] if state["instabilities"])
+    assert (one["rate"], one["wavenumber"]) == (pytest.approx(growth, rel=1e-9), 0.0)
+    assert one["grows_to"] == pytest.approx(growth**0.5, rel=1e-9)

@@ -1,4 +1,5 @@
 """tests/app/test_python_model.py: models of declared fields in Python: exact results, and the page of the manual."""
+import copy
 import pickle
 import sys
 import warnings
@@ -139,12 +140,15 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
                          (lambda: run.set(s=np.zeros((3, 8))), "of shape \\(3, 8\\)"),
                          (lambda: model.growth_rates([]), "no wavenumbers"),
                          (lambda: run.set(s=lambda x, y: 1j * x), "complex"),
+                         (lambda: run.set(s=np.ma.masked_greater(np.zeros((8, 8)) + np.arange(8), 5)), "masked"),
                          (lambda: model.growth_rates([1.0], state="s"), "expected values by field"),
                          (lambda: Model([Field("h", "lap h + grad h.grad h")]), "write \\(grad h\\).\\(grad h\\)"),
                          (lambda: Model([Field("h", "-y h")], y=1.0), "the name y is that of the position"),
                          (lambda: run.advance(np.nan), "finite"), (lambda: model.start(8, 1.0, 0.0), "dt = 0")]:
         with pytest.raises(drover.Error, match=said):
             action()
+    with pytest.raises(TypeError, match="its copy would be the same run"):
+        copy.copy(run)
 
 
 def test_balances_are_solved_in_the_order_of_their_dependence():

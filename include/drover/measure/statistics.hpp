@@ -126,9 +126,10 @@ std::size_t warm_up_length(std::span<const double> values);
 Estimate estimate_mean(const Samples& samples, std::size_t series);
 
 /// A mean over a series from sample `skip` on.  The error is always given: that of a series too short for an estimate
-/// takes one independent value in four.
+/// follows from its autocorrelation time, which it finds too short, with one independent value in four at most.
 struct RoughMean {
     double value = 0.0, error = 0.0;
+    double least_error = 0.0;  ///< as if one value in four were independent: a drift looks like a correlation
 };
 RoughMean rough_mean(std::span<const double> values, std::size_t skip);
 /// Of a - b, sample by sample: two runs on one noise path differ by less than each fluctuates.  Throws an input Error

@@ -206,6 +206,18 @@ std::vector<Fluctuation> TradeBench::fluctuations(const TrialMeasurement& run) c
     return result;
 }
 
+bool TradeBench::may_be_longer(const TrialMeasurement& base) const {
+    constexpr double enough_blocks = 16.0, trials_of_study = 20.0;
+    TrialRun longer = trial_of({});
+    longer.scene.time.end = 2.0 * duration;
+    if (!statistical || trials_of_study * 2.0 * duration * base.step_seconds > budget ||
+        (is_collecting && trials.find(longer) == nullptr))
+        return false;
+    return std::ranges::any_of(fluctuations(base), [&](const Fluctuation& one) {
+        return duration - warm_up < enough_blocks * measure::autocorrelation_times_per_block * one.time;
+    });
+}
+
 std::vector<std::string> TradeBench::drift_notes(const TrialMeasurement& run) const {
     constexpr double clear = 3.0;  // standard errors
     std::vector<std::string> notes;
@@ -213,7 +225,11 @@ std::vector<std::string> TradeBench::drift_notes(const TrialMeasurement& run) co
         const std::span<const double> series(run.numbers[w].series), used = series.subspan(skip(run.numbers[w]));
         const std::size_t half = used.size() / 2;
         if (half < measure::min_blocks) continue;
-        const Bias drift = less(measure::rough_mean(used.last(half), 0), measure::rough_mean(used.first(half), 0));
+        const auto mean_in = [](std::span<const double> part) {
+            const measure::RoughMean mean = measure::rough_mean(part, 0);
+            return Bias{mean.value, mean.least_error};
+        };
+        const Bias drift = less(mean_in(used.last(half)), mean_in(used.first(half)));
         if (std::abs(drift.value) <= std::max(clear * drift.error, allowed[w])) continue;
         notes.push_back(
             drift_note(w, text("over the second half of the trials of {} is {:.3g} +- {:.1g} {} than over the first",

@@ -99,6 +99,10 @@ public:
     /// Costs of later trials follow from this one: steps times points.
     void set_rate(const TrialMeasurement& base);
 
+    /// Whether a trial of the scene as given has so few correlation times that it finds them too short, and errors that
+    /// are too small, and the budget allows trials of twice the duration.
+    bool may_be_longer(const TrialMeasurement& base) const;
+
     /// Of a trial that was run.  Throws an input Error when the scene itself has no such number.
     TrialMeasurement measured(const std::vector<std::string>& overrides, bool rounds_up = false);
 

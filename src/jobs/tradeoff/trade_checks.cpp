@@ -82,17 +82,18 @@ std::optional<TrialStart> trial_start(TradeBench& bench) {
     return start;
 }
 
-void require_relative(const AccuracyTarget& target, const Bias& mean) {
+void require_relative(const AccuracyTarget& target, const std::string& unit, const Bias& mean) {
     if (!target.is_relative) return;
     const SourceLocation where{.file = "--want " + target.text};
     require(mean.value != 0.0, where,
-            "the mean is 0, so an error in per cent is undefined; expected an absolute error, such as {}=0.01",
-            target.text);
+            "the mean is 0, so an error in per cent is undefined; expected an absolute error, such as "
+            "{}=\"0.01 {}\"",
+            target.text, unit);
     constexpr double clear = 3.0;  // standard errors
     require(std::abs(mean.value) >= clear * mean.error, where,
             "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, so an error in per cent is undefined; "
-            "expected an absolute error, such as {}={:.1g}, or a larger --budget",
-            mean.value, mean.error, target.text, mean.error);
+            "expected an absolute error, such as {}=\"{:.1g} {}\", or a larger --budget",
+            mean.value, mean.error, target.text, mean.error, unit);
 }
 
 std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried) {

@@ -102,7 +102,7 @@ struct TrialStart {
 std::optional<TrialStart> trial_start(TradeBench& bench);
 
 /// Throws an input Error for a target in per cent of a mean that is 0, or may be.
-void require_relative(const AccuracyTarget& target, const Bias& mean);
+void require_relative(const AccuracyTarget& target, const std::string& unit, const Bias& mean);
 
 /// What is to be said where trials are made on a coarser grid than the given one.
 std::vector<std::string> coarser_notes(const io::Scene& scene, const std::string& given, const std::string& tried);

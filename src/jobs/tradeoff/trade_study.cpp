@@ -74,6 +74,10 @@ private:
             }
         }
         bench_.set_rate(base);
+        if (bench_.may_be_longer(base)) {
+            bench_.duration *= 2.0;
+            return measure_axes();
+        }
         found_.given_seconds = refinement_ * (base.start_seconds + base.step_seconds * bench_.scene.time.end);
         set_references(base);
         return measure_grids(base) && measure_steps() && measure_models() && measure_rounding_and_cell();
@@ -87,7 +91,7 @@ private:
             found_.units.push_back(base.numbers[w].unit);
             found_.references.push_back(bench_.mean_of(base.numbers[w]));
             const AccuracyTarget& target = found_.targets[w];
-            require_relative(target, found_.references[w]);
+            require_relative(target, base.numbers[w].unit, found_.references[w]);
             require_unit(target, base.numbers[w].unit, found_.references[w].value);
             bench_.allowed.push_back(target.allowed(found_.references[w].value));
         }

@@ -91,6 +91,8 @@ run::Record candidate_record(const Findings& found, const Candidate& one) {
                                           "part of the error, with twice its standard error", size, 2));
     row.entries.push_back(
         run::flag("checked", "1: the biases are those of a trial of this combination", parts.whole.has_value()));
+    if (found.targets.size() > 1)
+        row.entries.push_back(run::words("hardest", "the target of these parts", found.targets[target].text));
     return row;
 }
 
@@ -175,6 +177,7 @@ run::List target_list(const Findings& found, const Candidate* best) {
                           .unit = unit,
                           .meaning = "best value of the trials",
                           .value = measured_text(found.references[w].value, found.references[w].error)},
+                         run::data_only(run::number("error", unit, "its standard error", found.references[w].error)),
                          run::number("allowed", unit, "error", found.allowed[w], 2),
                          run::number("expected", unit, "error of the recommended run, with a probability of 95 %",
                                      best == nullptr ? NAN : best->parts[w].bound(), 2),
@@ -285,9 +288,13 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TargetO
     for (const std::string& program : found.programs)
         if (program != run::this_program())
             root.footer.push_back(other_program_text("trials were made by drover " + program, "them"));
+    const auto add_words = [&](const char* name, const char* meaning, run::EntryValue value) {
+        root.entries.push_back(run::data_only(run::words(name, meaning, std::move(value))));
+    };
     if (best == nullptr) {
         root.footer.insert(root.footer.end(), found.notes.begin(), found.notes.end());
         root.footer.push_back(outcome.why_none = why_none(found, front, options.run_budget));
+        add_words("why_none", "why no run is recommended", outcome.why_none);
         return outcome;
     }
     root.footer.push_back("recommended:");
@@ -300,6 +307,8 @@ Tradeoff outcome_of(const Findings& found, const io::Scene& scene, const TargetO
     io::Scene chosen = scene_of(scene, found, *best);
     chosen.output.file.clear();
     outcome.recommended_text = comments + "\n" + io::resolved_text(chosen);
+    add_words("recommended", "the recommended scene", outcome.recommended_text);
+    add_words("reasons", "of the recommended run", outcome.reasons);
     outcome.recommended = std::move(chosen);
     outcome.expected_seconds = best->seconds;
     return outcome;

@@ -72,6 +72,9 @@ class ModelRun:
         return xarray.Dataset({name: (("y", "x"), array) for name, array in arrays.items()}, axes,
                               {"time": self.time})
 
+    def __copy__(self):
+        raise TypeError("a run cannot be copied: its copy would be the same run; expected another run of its model")
+
     def set(self, /, **arrays):
         """Replaces components, or fields, by arrays (y, x), functions of x and y, or numbers; returns the run.
 
@@ -103,6 +106,8 @@ class ModelRun:
             for part, value in zip(parts, given if len(parts) == 2 else (given,)):
                 if np.iscomplexobj(value):
                     raise Error(f"{part} has complex values; expected real ones")
+                if np.ma.is_masked(value):
+                    raise Error(f"{part} has masked values; expected a number in every cell, as by .filled(0.0)")
                 try:
                     values[self._names.index(part)] = value
                 except ValueError:

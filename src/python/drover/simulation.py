@@ -256,6 +256,9 @@ class Simulation:
                         f"whole number of steps, such as {max(steps, 1) * self.dt:.6g} s")
         return steps
 
+    def __copy__(self):
+        raise TypeError("a run cannot be copied: its copy would be the same run; expected another run of its scene")
+
     @property
     def frame(self):
         """The state now; see Frame."""
