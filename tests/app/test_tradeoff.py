@@ -415,3 +415,22 @@ def test_the_recommended_run_does_not_warn_of_the_step_whose_error_was_measured(
     assert "is too long" in drover(tmp_path, "run", "s.toml", "-o", "s.h5").stderr
     recommended = tmp_path / "s.tradeoff" / "recommended.toml"
     assert "is too long" not in drover(tmp_path, "run", recommended, "-o", "r.h5").stderr
+
+
+# The mean of 64 cells relaxes at k, driven by white noise: the error of a mean over T is sqrt(N/(k^2 A T)).
+RELAXING = """
+field = [{symbol = "phi", noise = "N"}]
+equations = {phi = "s - k phi + K lap phi"}
+coefficients = {s = 0.02, k = 0.02, K = 1.0, N = 0.05}
+grid = {nx = 8, ny = 8, lx = 8.0, ly = 8.0}
+time = {dt = 0.5, end = 200.0}
+output = {frame_every = 0.0, sample_every = 0.5}
+"""
+
+
+def test_a_mean_that_relaxes_slowly_gets_the_duration_that_its_error_takes(tmp_path):
+    """Trials of the length of the scene, four relaxation times, found the error four times too small."""
+    tradeoff(tmp_path, scene(tmp_path, RELAXING), "--want", "mean_phi=2%", "--budget", "60s", "--set", "run.seed=2")
+    end = float(re.search(r"^end = (\S+)", (tmp_path / "s.tradeoff" / "recommended.toml").read_text(), re.M)[1])
+    exact = 0.05 / (0.02**2 * 64.0) / 0.01**2  # two standard errors of 2 % of 1
+    assert 0.5 < end / exact < 2.0  # the error of the trials is known to some 20 %, its square to 40 %
