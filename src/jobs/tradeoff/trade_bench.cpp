@@ -183,10 +183,10 @@ std::size_t TradeBench::skip(const TargetNumber& number) const {
 }
 
 Bias TradeBench::mean_of(const TargetNumber& number) const {
-    Bias mean = number.series.empty() ? Bias{number.mean, number.error.value_or(0.0)}
-                                      : measure::rough_mean(number.series, skip(number));
-    if (!statistical) mean.error = 0.0;
-    return mean;
+    const double error = number.error.value_or(0.0);
+    const Bias mean =
+        number.series.empty() ? Bias{number.mean, error, error} : measure::rough_mean(number.series, skip(number));
+    return statistical ? mean : Bias{mean.value};
 }
 
 std::vector<Fluctuation> TradeBench::fluctuations(const TrialMeasurement& run) const {

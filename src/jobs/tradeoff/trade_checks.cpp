@@ -90,7 +90,7 @@ void require_relative(const AccuracyTarget& target, const std::string& unit, con
             "{}=\"0.01 {}\"",
             target.text, unit);
     constexpr double clear = 3.0;  // standard errors
-    require(std::abs(mean.value) >= clear * mean.error, where,
+    require(std::abs(mean.value) >= clear * mean.least_error, where,
             "the mean is {:.2g} +- {:.2g} in a trial, which may be 0, so an error in per cent is undefined; "
             "expected an absolute error, such as {}=\"{:.1g} {}\", or a larger --budget",
             mean.value, mean.error, target.text, mean.error, unit);

@@ -139,6 +139,7 @@ Reference& StepError::reference_at(double t) {
 
 /// Of the fields at both ends of a step.
 void StepError::find_motion() {
+    if (system.set_step) system.set_step(error_step);
     for (Reference* at : {&from, &to}) {
         std::ranges::fill(at->motion.values, Complex(NAN));  // compares as too fast
         try {
