@@ -326,8 +326,7 @@ Rows<StabilityPlan> StabilityPlan::rows() {
          within(8, 4096)},
         {"angles", &StabilityPlan::angles,
          "angles of the map, between q and p0, from 0 to 90 degrees; where mirror images differ, as in an external "
-         "field "
-         "that is oblique, twice as many, from 0 to 180 degrees",
+         "field that is oblique, twice as many, from 0 to 180 degrees",
          "", within(2, 4096)},
         {"min_wavenumber", &StabilityPlan::min_wavenumber,
          "smallest |q| searched; 0: 1/1000 of the smallest |q| of the cell", "1/mm", not_negative},

@@ -127,8 +127,7 @@ int total_slope(GraphBuilder& graph, const std::vector<FunctionCall>& calls, int
         const auto found = of_results.find(slot);
         require(found != of_results.end(), graph.where,
                 "a second derivative of a function that is no formula, such as a table of coefficients; expected a "
-                "formula, "
-                "or fewer derivatives (noise in the sense of Stratonovich needs one more)");
+                "formula, or fewer derivatives (noise in the sense of Stratonovich needs one more)");
         return found->second;
     };
     for (const FunctionCall& call : calls) {  // the arguments of each are results of earlier ones

@@ -276,7 +276,7 @@ void StepError::evolve(std::int64_t step) {
         between.step = 0.0;
         std::ranges::fill(rate.values, Complex(0.0));
         error_step = strides / parts * dt;
-        if (!noisy) find_motion();
+        if (!noisy && (divides || parts > 1)) find_motion();  // else the error is evaluated at the ends alone
         effort.spent += work_of_step * parts;
         for (int part = 0; part < parts; ++part) {
             const double t = from.t + (to.t - from.t) * part / parts;
