@@ -54,9 +54,10 @@ PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const 
                          const SourceLocation& where) {
     const bool is_own = scene.kind == io::SceneKind::model;
     const model::Equations equations = run::equations_of(scene);
+    std::vector<std::string> means;
     for (const model::Field& field : equations.model().fields) {
         if (field.spin != 0 || !field.conserved) continue;
-        const std::string mean = mean_of + field.name;
+        const std::string& mean = means.emplace_back(mean_of + field.name);
         if (name == mean && is_own)  // its reference
             return {.name = mean, .unit = field.unit, .key = field.symbol, .density = field.name};
         if (name == mean) {
@@ -73,7 +74,7 @@ PlaneNumber plane_number(const io::Scene& scene, const std::string& list, const 
         return {.name = name, .key = mean, .density = field.name, .area = area, .is_fraction = true};
     }
     if (!is_own) return number_of_model(scene.model, name, where);
-    const std::string coefficient = run::coefficient_of(scene, list, name, where);
+    const std::string coefficient = run::coefficient_of(scene, list, name, where, means);
     return {.name = run::number_of(scene, list, name, where).key, .key = coefficient};
 }
 

@@ -346,9 +346,9 @@ theory::GrowthSearch growth_search(const io::Scene& scene) {
                                smallest_wavenumber(scene.grid)});
     const char* given = plan.min_wavenumber > 0.0 ? "stability.min_wavenumber" : "stability.max_wavenumber";
     require(search.min < search.max, io::locate(scene, given),
-            "the search covers |q| = {:.4g} to {:.4g} /mm; expected stability.min_wavenumber below "
+            "the search covers |q| = {:.4g} to {}; expected stability.min_wavenumber below "
             "stability.max_wavenumber",
-            search.min, search.max);
+            search.min, io::in_unit("{:.4g}", search.max, "/mm", scene.units));
     return search;
 }
 

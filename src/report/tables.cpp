@@ -158,7 +158,8 @@ std::string text_of(const jobs::SweepTable& table) {
                 continue;
             }
             const measure::Estimate& mean = row.results[i].mean;
-            out += text(" {:>26} {:>9}", measured_text(mean.mean, mean.error.value_or(0.0)),
+            out += text(" {:>26} {:>9}",
+                        std::isfinite(mean.mean) ? measured_text(mean.mean, mean.error.value_or(0.0)) : "-",
                         mean.error ? text("{:.2g}", *mean.error) : "-");
         }
         out += '\n';

@@ -212,6 +212,32 @@ def test_waves_that_grow_along_a_line_are_judged_along_it(tmp_path):
     assert "waves down to a length of 7.71 mm grow" in said and "choose grid.nx = 64" in said
 
 
+def test_growth_is_told_in_the_units_of_the_scene(tmp_path):
+    named = ["--set", "units.length=um", "--set", "units.time=h", "--set", "time.end=100"]
+    scene = write(tmp_path, ['{symbol = "u"}'], ['u = "0.5 u + lap u"'])
+    assert "a mode grows at 0.5 /h at |q| = 0 /um, by" in program(tmp_path, "check", scene, *named).stderr
+    scene = write(tmp_path, ['{symbol = "u"}'], ['u = "u - u^3 + K lap u"'], "K = 0.1")
+    assert "waves down to a length of 2 um grow" in program(  # 2 pi sqrt(K) = 1.99, to an eighth of an octave
+        tmp_path, "check", scene, *named, "--set", "grid.nx=8", "--set", "grid.ny=8").stderr
+
+
+def test_a_grid_on_which_products_leave_no_wave_is_named(tmp_path):
+    # Products of degree 5 keep |k| < N/6: no wave of 4 or 6 points, the first of 8.
+    scene = write(tmp_path, ['{symbol = "u"}'], ['u = "u - u^5 + 9 lap u"'])
+    said = program(tmp_path, "check", scene, "--set", "grid.nx=4", "--set", "grid.ny=6").stderr
+    assert "leave no wave on 4 by 6 points" in said and "choose at least grid.nx = 8 and grid.ny = 8" in said
+    for points in ("grid.nx=8", "grid.ny=8"):
+        one = ["--set", "grid.nx=4", "--set", "grid.ny=4", "--set", points]
+        assert "leave no wave" not in program(tmp_path, "check", scene, *one).stderr
+
+
+def test_a_mean_that_may_be_an_axis_of_a_plane_is_named(tmp_path):
+    height = '{symbol = "u", name = "height", conserved = true}'
+    scene = write(tmp_path, [height], ['u = "lap (u^3 + a u) - lap lap u"'], "a = -1.0")
+    rejected(tmp_path, ["boundary", scene, "--x", "uniform.density=-1:1", "--y", "a=-1:1"],
+             ["boundary.x names uniform.density", "one of coefficients.a, uniform.height"])
+
+
 def test_waves_that_grow_in_one_direction_alone_are_named_until_the_grid_keeps_them(tmp_path):
     # Across x the rate is -0.1 + 2 q^2 - q^4, which grows to q = 1.396; its mean over directions decays at q > 0.6.
     scene = write(tmp_path, ['{symbol = "u"}'],

@@ -68,7 +68,7 @@ std::string conclude(std::vector<measure::Estimate>& estimates) {
             "the density response does not exceed its fluctuations: use larger forces (pushes) or a longer time";
         return "not available: " + modulus.why_no_error;
     }
-    constexpr double useful = 1.0;  // a ratio that is known worse tells nothing
+    constexpr double useful = 0.5;  // a ratio that is known worse tells nothing
     if (!ratio.error || *ratio.error > useful) return "linearity of the density response is not known";
     const bool linear = std::abs(ratio.mean - 1.0) <= 2.0 * *ratio.error;
     return text(

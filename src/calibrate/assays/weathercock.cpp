@@ -81,7 +81,7 @@ std::vector<double> estimates_of(const std::vector<double>& speeds, std::span<co
 
 std::string conclude(std::vector<measure::Estimate>& estimates) {
     const measure::Estimate& exponent = estimates[2];
-    constexpr double useful = 1.0;  // an exponent that is known worse tells nothing
+    constexpr double useful = 0.5;  // an exponent that is known worse tells nothing
     if (!exponent.error || *exponent.error > useful)
         return "linearity of the turning rate in the flow speed is not known";
     const bool linear = std::abs(exponent.mean - 1.0) <= 2.0 * *exponent.error;

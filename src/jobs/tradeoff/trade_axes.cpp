@@ -241,7 +241,8 @@ std::vector<AxisLevel> model_levels(const io::Scene& scene) {
     }
     // Saves no time, but tells whether the waves act on each other.
     if (io::has_grid(scene.kind) && !scene.approximation.quasi_linear && run::equations_of(scene).has_nonlinear_part())
-        levels.push_back({"quasi-linear", {"approximation.quasi_linear=true"}});
+        levels.push_back(
+            {.name = "quasi-linear", .overrides = {"approximation.quasi_linear=true"}, .saves_no_time = true});
     for (AxisLevel& level : levels) {
         level.reason = reason_against(scene, level.overrides);
         if (level.reason && scene.approximation.counterterm) {  // without noise or saturation it is of nothing

@@ -16,6 +16,7 @@ struct AxisLevel {
     double sample_every = 0.0;               ///< where it must be longer than that of the scene [s]
     std::string name_of_row = {};            ///< of a grid: its name for models with one row
     bool has_one_row = false;                ///< of a model, on every grid
+    bool saves_no_time = false;              ///< it is there to tell its error: a lower time is scatter
 };
 
 /// A method of time stepping (or, of particles, the step alone) with ever shorter steps.

@@ -390,6 +390,7 @@ private:
                     is_given(level) ? std::vector<Bias>(found_.targets.size()) : bench_.differences(run, full);
                 found.start_seconds = run.start_seconds / std::max(full.start_seconds, 1e-3);
                 found.step_seconds = run.step_seconds / std::max(full.step_seconds, 1e-9);
+                if (level.saves_no_time) found.step_seconds = std::max(found.step_seconds, 1.0);
                 found.fluctuations = bench_.fluctuations(run);
             }
             if (grid_is_model_ && level.has_one_row) found.outcome = {LevelState::grid_of_model};

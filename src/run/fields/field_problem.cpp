@@ -80,8 +80,8 @@ numerics::Grid grid_of(const files::ArchiveReader& archive, const std::string& d
     require(grid.nx >= 1 && grid.ny >= 1 && archive.read("/x").values == cell_corners(grid.nx, grid.lx) &&
                 archive.read("/y").values == cell_corners(grid.ny, grid.ly),
             io::locate(scene, "initial.file"),
-            "initial.file = \"{}\" has another cell; expected one of {} by {} mm, with any number of points",
-            scene.initial.file, scene.grid.lx, scene.grid.ly);
+            "initial.file = \"{}\" has another cell; expected one of {} by {}, with any number of points",
+            scene.initial.file, scene.grid.lx, io::in_unit("{}", scene.grid.ly, "mm", scene.units));
     const auto is_even = [](int count) { return count >= 4 && count % 2 == 0; };
     require(
         is_even(grid.nx) && (grid.ny == 1 || is_even(grid.ny)), io::locate(scene, "initial.file"),

@@ -118,9 +118,10 @@ theory::StationaryStates stationary_states_of(const io::Scene& scene, const mode
 }
 
 std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,
-                           const SourceLocation& where) {
+                           const SourceLocation& where, std::span<const std::string> others) {
     const std::string section = own_section, name = key.starts_with(section) ? key.substr(section.size()) : key;
-    const auto names = mapped(scene.declared.coefficients, [&](const auto& one) { return section + one.first; });
+    auto names = mapped(scene.declared.coefficients, [&](const auto& one) { return section + one.first; });
+    names.insert(names.end(), others.begin(), others.end());
     require(scene.declared.coefficients.contains(name), where, "{} names {}; expected {}", list, key,
             names.empty() ? "a coefficient of the model, which has none" : "one of " + joined(names));
     return name;

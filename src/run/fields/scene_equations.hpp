@@ -36,9 +36,9 @@ theory::StationaryStates uniform_states_of(const io::Scene& scene, const model::
 theory::StationaryStates stationary_states_of(const io::Scene& scene, const model::Equations& equations);
 
 /// The coefficient that a key names, "coefficients.a" or "a".  Throws an input Error at `where`, which begins with
-/// `list`, for any other key.
+/// `list`, for any other key, and names `others`, which the list may have too.
 std::string coefficient_of(const io::Scene& scene, const std::string& list, const std::string& key,
-                           const SourceLocation& where);
+                           const SourceLocation& where, std::span<const std::string> others = {});
 
 /// A number of its equations.
 struct SceneNumber {

@@ -192,7 +192,9 @@ std::string likely_cause(const io::Scene& scene, const model::Equations& equatio
     if (!(growth.rate > 0.0))
         return step + (limit.is_there ? "" : text(", or a field grows where others have changed and {}", unlimited)) +
                remedy;
-    const std::string grows = text("a linear mode grows at {:.3g} /s (|q| = {:.3g} /mm) and ", growth.rate, growth.q);
+    const std::string grows =
+        text("a linear mode grows at {} (|q| = {}) and ", io::in_unit("{:.3g}", growth.rate, "/s", scene.units),
+             io::in_unit("{:.3g}", growth.q, "/mm", scene.units));
     if (limit.is_there)
         return grows + text("{} does not stop it, or ", limit.key.empty() ? "a product" : limit.key) + step + remedy;
     if (equations.has_nonlinear_part()) return grows + unlimited + ", or " + step + remedy;

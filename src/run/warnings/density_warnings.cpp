@@ -43,7 +43,7 @@ std::string more_in_a_cell(const numerics::Grid& grid, const model::Integrated& 
     constexpr std::size_t fewest = 4;  // waves along an axis
     const bool has_waves = (coarser.nx == grid.nx || numerics::is_kept(coarser, system.degree, fewest, 0)) &&
                            (coarser.ny == grid.ny || numerics::is_kept(coarser, system.degree, 0, fewest)) &&
-                           growing_waves_warning(what.equations, system).empty();
+                           growing_waves_warning(what.equations, system, {}).empty();
     return text("a cell of the grid holds {:.2g} {}s{}{}", in_cell, field.observed.counted,
                 has_waves ? ": choose larger cells, " + grid_keys(coarser)
                           : ", and a grid whose cells hold enough is too coarse for the waves: choose a larger mean",

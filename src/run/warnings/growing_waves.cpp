@@ -118,7 +118,8 @@ double largest_growing(const model::Equations& equations, const numerics::System
     return 0.0;
 }
 
-std::string growing_waves_warning(const model::Equations& equations, const numerics::System& system) {
+std::string growing_waves_warning(const model::Equations& equations, const numerics::System& system,
+                                  const io::Units& units) {
     const Waves waves(equations, system);
     const ShortestGrowing found = shortest_growing(waves);
     if (found.step < 0) return "";
@@ -129,11 +130,11 @@ std::string growing_waves_warning(const model::Equations& equations, const numer
                  shortest = cut * std::exp2(static_cast<double>(found.step) / per_octave);
     int factor = 2;
     while (cut * factor <= 1.25 * shortest) factor *= 2;
-    const auto length = [](double q) { return 2.0 * pi / q; };
+    const auto length = [&](double q) { return io::in_unit("{:.3g}", 2.0 * pi / q, "mm", units); };
     const bool is_one_direction = waves.angles().size() == 1;
     return text(
-        "waves{} down to a length of {:.3g} mm grow about the references, and {} keeps no waves shorter than "
-        "{:.3g} mm{}: choose {}, or terms that damp short waves more",
+        "waves{} down to a length of {} grow about the references, and {} keeps no waves shorter than "
+        "{}{}: choose {}, or terms that damp short waves more",
         is_one_direction ? "" : text(" at {:.0f} degrees from x", found.angle * 180.0 / pi), length(shortest),
         grid_keys(system.grid), length(cut), is_one_direction ? "" : " there", grid_keys(system.grid, factor));
 }

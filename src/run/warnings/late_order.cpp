@@ -192,9 +192,9 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
         return;
     warnings.push_back(
         text("{} is {:.2g} at the end, far below the {:.2g} at which it saturates: without noise it only grows from "
-             "what the start contains, by a factor of at most {:.2g} since its onset, and at {:.3g} /s at the end; "
+             "what the start contains, by a factor of at most {:.2g} since its onset, and at {} at the end; "
              "choose {}, a larger initial.amplitude, or noise",
-             orderings[at].name, size, whole, std::exp(exponent), last.rate,
+             orderings[at].name, size, whole, std::exp(exponent), io::in_unit("{:.3g}", last.rate, "/s", scene.units),
              is_ramp      ? "a longer run, or a slower change in time"
              : size > 0.0 ? text("time.end = {:.3g}", end + 1.5 * std::log(whole / size) / last.rate)
                           : "another initial.kind"));

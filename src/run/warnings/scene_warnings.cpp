@@ -71,10 +71,10 @@ void add_growth(const io::Scene& scene, const model::Equations& equations, const
             !key.empty())
             limits = text("give {} > 0", key);
     warnings.push_back(
-        text("a mode grows at {:.4g} /s at |q| = {:.3g} /mm, by a factor e^{:.3g} in this run, and no term stops it: "
+        text("a mode grows at {} at |q| = {}, by a factor e^{:.3g} in this run, and no term stops it: "
              "{}, or choose time.end = {:.2g} or less",
-             growth.rate, growth.q, growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits,
-             max_log / growth.rate));
+             io::in_unit("{:.4g}", growth.rate, "/s", scene.units), io::in_unit("{:.3g}", growth.q, "/mm", scene.units),
+             growth.rate * scene.time.end, limits.empty() ? "add a product that does" : limits, max_log / growth.rate));
 }
 
 /// Where the noise of the waves of the grid saturates the order of rods, and its counterterm is missing or too large.
@@ -117,12 +117,20 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene, const mode
     if (!physics::missing_function(scene.model).empty()) return warnings;
     add_saturation_by_waves(scene, degree, warnings);
     const numerics::System system = equations.linear_system(scene.grid, degree);
+    if (!numerics::is_kept(scene.grid, degree, 1, 0) && !numerics::is_kept(scene.grid, degree, 0, 1)) {
+        numerics::Grid least = scene.grid;
+        least.nx = degree + 2 + degree % 2;
+        if (least.ny > 1) least.ny = least.nx;
+        warnings.push_back(
+            text("products of degree {} leave no wave on {} by {} points: the fields are uniform; choose at least {}",
+                 degree, scene.grid.nx, scene.grid.ny, grid_keys(least)));
+    }
     if (const std::vector<std::string> idle = io::without_effect(scene.declared); !idle.empty())
         warnings.push_back(text("{} {} no effect: no equation has {}; use or delete {}", joined(idle),
                                 idle.size() == 1 ? "has" : "have", idle.size() == 1 ? "it" : "them",
                                 idle.size() == 1 ? "it" : "them"));
     if (scene.kind == io::SceneKind::model) {  // a flock is far from its references
-        if (std::string cut = growing_waves_warning(equations, system); !cut.empty())
+        if (std::string cut = growing_waves_warning(equations, system, scene.units); !cut.empty())
             warnings.push_back(std::move(cut));
         if (!equations.has_finite_degree())
             warnings.emplace_back(
@@ -131,18 +139,19 @@ std::vector<std::string> field_scene_warnings(const io::Scene& scene, const mode
     }
     if (const double rate = equations.explicit_rate(scene.grid), part = rate * scene.time.dt;
         part > 1.0 && scene.time.tolerance == 0.0)
-        warnings.push_back(text(
-            "the terms that name an axis, or depend on position or time, change the waves of the grid at up to {:.3g} "
-            "/s: {:.3g} in a step of time.dt = {}; expected less than 1, otherwise the run may diverge: choose "
-            "time.dt = {:.2g}, or a coarser grid",
-            rate, part, scene.time.dt, scene.time.dt / (2.0 * part)));
+        warnings.push_back(
+            text("the terms that name an axis, depend on position or time, or are explicit change the waves of the "
+                 "grid at up to {}: {:.3g} in a step of time.dt = {}; expected less than 1, otherwise the run may "
+                 "diverge: choose "
+                 "time.dt = {:.2g}, or a coarser grid",
+                 io::in_unit("{:.3g}", rate, "/s", scene.units), part, scene.time.dt, scene.time.dt / (2.0 * part)));
     add_growth(scene, equations, system, warnings);
     if (stays_at_start(scene, equations)) {
         const double rate = numerics::fastest_growth(system).rate;
         warnings.push_back(
             text("the start is uniform, stationary and without noise: nothing will change{}; choose initial.kind = "
                  "\"random\", or noise",
-                 rate > 0.0 ? text(", although a mode grows at {:.3g} /s", rate) : ""));
+                 rate > 0.0 ? ", although a mode grows at " + io::in_unit("{:.3g}", rate, "/s", scene.units) : ""));
     }
     std::ranges::move(text_resolution_warnings(scene, equations.model()), std::back_inserter(warnings));
     return warnings;

@@ -50,7 +50,8 @@ std::vector<std::string> text_resolution_warnings(const io::Scene& scene, const 
 /// The largest wavenumber up to `max_q` whose waves grow, in any direction; 0: none.  max_q: that of the grid.
 double largest_growing(const model::Equations& equations, const numerics::System& system, double max_q);
 /// The warning of a grid that cuts waves which grow, with a grid that keeps them; "" where it keeps them all.
-std::string growing_waves_warning(const model::Equations& equations, const numerics::System& system);
+std::string growing_waves_warning(const model::Equations& equations, const numerics::System& system,
+                                  const io::Units& units);
 /// "grid.nx = 64 and grid.ny = 32", or "grid.nx = 64" of a grid of one row; with `factor` times the points.
 std::string grid_keys(const numerics::Grid& grid, int factor = 1);
 
