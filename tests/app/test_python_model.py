@@ -13,7 +13,7 @@ sys.path.insert(0, str(MODELS.parent / "src" / "docs"))
 import blocks  # noqa: E402  # pylint: disable=wrong-import-position
 
 import drover  # noqa: E402
-from drover import Field, Model  # noqa: E402
+from drover import Field, Model, Table  # noqa: E402
 
 PAGE = (MODELS.parent / "src" / "docs" / "model.md").read_text(encoding="utf-8")
 
@@ -120,6 +120,17 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
                          ([Field("s", noise=[1.0])], "expected int or float or str"), (["s"], "is not a field")]:
         with pytest.raises(drover.Error, match=said):
             Model(fields)
+    one = Field("s", "-s")
+    run = drover.Scene.from_dict({"output.sample_every": 0.5, "time.dt": 0.5, "grid.nx": 8, "grid.ny": 8}).start()
+    for call, said in [(lambda: Model(1.0), "fields = 1.0; expected a list of drover.Field"),
+                       (lambda: Model(one, noises=2), "noises = 2; expected a list of drover.Noise"),
+                       (lambda: Model(one, define="k = 1"), "define = 'k = 1'; expected a dictionary"),
+                       (lambda: Table("a", [1], (0.0, 2.0), (1.0, 3.0)), "expected formulas of fields, as texts"),
+                       (lambda: Model(one).start(8, 8.0, 0.1, method=1), "method = 1, threads = 1; expected a text"),
+                       (lambda: drover.Scene.from_dict(1.0), "the scene is 1.0; expected a dictionary"),
+                       (lambda: run.observe("peak"), "the observable is 'peak'; expected a function of a frame")]:
+        with pytest.raises(drover.Error, match=said):
+            call()
     with pytest.raises(drover.Error, match="no finite derivative"):
         Model([Field("p", "-|p| p - sqrt(|p|) e_x", spin=1)]).growth_rates([1.0])
     with pytest.raises(drover.Error, match="a uniform state of 1 values; expected 2"):

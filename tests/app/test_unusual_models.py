@@ -217,7 +217,7 @@ def test_growth_is_told_in_the_units_of_the_scene(tmp_path):
     scene = write(tmp_path, ['{symbol = "u"}'], ['u = "0.5 u + lap u"'])
     assert "a mode grows at 0.5 /h at |q| = 0 /um, by" in program(tmp_path, "check", scene, *named).stderr
     scene = write(tmp_path, ['{symbol = "u"}'], ['u = "u - u^3 + K lap u"'], "K = 0.1")
-    assert "waves down to a length of 2 um grow" in program(  # 2 pi sqrt(K) = 1.99, to an eighth of an octave
+    assert "waves down to a length of 2 um grow" in program(  # 2 pi sqrt(K) = 1.99, to 1/32 of an octave
         tmp_path, "check", scene, *named, "--set", "grid.nx=8", "--set", "grid.ny=8").stderr
 
 

@@ -1,6 +1,7 @@
 """drover/model.py: models of declared fields and equations in vector notation, their linear theory, runs in memory."""
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 
 import numpy as np
 
@@ -120,6 +121,8 @@ class Table:
         for key in ("first", "second", "values"):
             object.__setattr__(self, key, tuple(np.ravel(np.asarray(getattr(self, key), dtype=float)).tolist()))
         object.__setattr__(self, "of", (self.of,) if isinstance(self.of, str) else tuple(self.of))
+        if not all(isinstance(formula, str) for formula in self.of):
+            raise Error(f"the table {self.symbol} is of {self.of!r}; expected formulas of fields, as texts")
 
 
 KINDS = {key: (int, float, str) if kind == float | str else kind for key, kind in Field.__annotations__.items()}
@@ -192,6 +195,15 @@ def field_table(field):
     return noise_table(field) | rank | {key: getattr(field, key) for key in changed}
 
 
+def all_of(kind, name, given):
+    """One of a kind, several, or none, as a tuple."""
+    if isinstance(given, kind):
+        return (given,)
+    if not isinstance(given, (Iterable, NoneType)) or isinstance(given, str):
+        raise Error(f"{name} = {given!r}; expected a list of drover.{kind.__name__}")
+    return () if given is None else tuple(given)
+
+
 def check(fields, noises, tables, define, chiral, coefficients):
     """Raises Error for arguments of another type, and for components of one name."""
     def expect(name, value, kind):
@@ -258,8 +270,11 @@ class Model:
                  coefficients=None, **more):
         from drover._drover import Equations
 
-        fields = (fields,) if isinstance(fields, Field) else fields
-        self.fields, self.noises, self.tables = tuple(fields), tuple(noises or ()), tuple(tables or ())
+        self.fields, self.noises = all_of(Field, "fields", fields), all_of(Noise, "noises", noises)
+        self.tables = all_of(Table, "tables", tables)
+        for name, given in (("define", define), ("coefficients", coefficients)):
+            if not isinstance(given, (Mapping, NoneType)):
+                raise Error(f"{name} = {given!r}; expected a dictionary of names and values")
         twice = sorted({*(coefficients or {})} & {*more})
         if twice:
             raise Error(f"the coefficient {twice[0]} is given twice; expected it once")

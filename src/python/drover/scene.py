@@ -3,6 +3,7 @@ import json
 import os
 import re
 import tomllib
+from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 
@@ -48,6 +49,8 @@ class Scene:
     @classmethod
     def from_dict(cls, sections, name="scene.toml"):
         """The scene of {"section": {"key": value}} or {"section.key": value}."""
+        if not isinstance(sections, Mapping):
+            raise Error(f"the scene is {sections!r}; expected a dictionary of sections, or of keys")
         return cls.parse(scene_text(sections), name)
 
     def set(self, key, value=None):

@@ -113,7 +113,11 @@ class Simulation:
         >>> run.observables.peak.sizes["time"], float(run.observables.peak[-1])
         (3, 1.0)
         """
-        name = function.__name__ if name is None else name
+        if not callable(function):
+            raise Error(f"the observable is {function!r}; expected a function of a frame, which gives a number")
+        name = getattr(function, "__name__", "") if name is None else name
+        if not isinstance(name, str) or not isinstance(unit, str):
+            raise Error(f"name = {name!r}, unit = {unit!r}; expected texts")
         is_reserved = name == "warm_up" or name.endswith(ENDINGS)  # of summary
         if not name.isidentifier() or is_reserved:
             raise Error(f'an observable cannot be called "{name}"; expected a new name: give name=')
