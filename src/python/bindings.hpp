@@ -63,7 +63,9 @@ public:
             !was_busy || guarded.forks == fork_count(), {},
             "another thread was advancing this run when the process forked, and the child has it in the middle of a "
             "step; start a run of your own, or fork before the run begins");
-        require(!was_busy, {}, "another thread is advancing this run; wait for it, or start a run of your own");
+        require(!was_busy, {},
+                "another thread advances or reads this run; expected one at a time: use a lock, or start a run of your "
+                "own");
         guarded.forks = fork_count();
     }
     ~Use() { guarded_.busy.clear(); }

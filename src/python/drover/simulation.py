@@ -86,8 +86,8 @@ class Simulation:
     11
 
     Steps release the GIL; Ctrl-C raises KeyboardInterrupt between two steps, and the run can be advanced further.  Its
-    states and observables are those of `drover run`, to the last bit.  Several runs may go on at once, each advanced by
-    one thread.
+    states and observables are those of `drover run`, to the last bit.  Several runs may go on at once, each used by one
+    thread at a time: to read a run while another thread advances it, share a lock with that thread.
     """
 
     def __init__(self, scene):
