@@ -1,5 +1,6 @@
 """drover/model_run.py: a run of declared fields in memory."""
 import warnings
+from numbers import Integral
 
 import numpy as np
 
@@ -34,12 +35,12 @@ class ModelRun:
         model._require_no_grid()
         if any(count % 1 != 0 for count in points):
             raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
-        if not isinstance(method, str) or threads % 1 != 0:
+        if not isinstance(method, str) or not isinstance(threads, Integral):
             raise Error(f"method = {method!r}, threads = {threads!r}; expected a text and a whole number")
         if not 0 <= seed < 2**63:
             raise Error(f"seed = {seed}; expected an integer from 0 to 2^63 - 1")
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
-        self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, int(threads))
+        self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)
         names, kept = model._equations.components(), model._equations.state_components()
         self._names = [names[k] for k in kept]
         self._balanced = [name for k, name in enumerate(names) if k not in kept]
