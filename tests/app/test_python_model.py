@@ -127,6 +127,9 @@ def test_what_cannot_be_run_is_rejected_with_a_remedy():
                        (lambda: Model(one, define="k = 1"), "define = 'k = 1'; expected a dictionary"),
                        (lambda: Table("a", [1], (0.0, 2.0), (1.0, 3.0)), "expected formulas of fields, as texts"),
                        (lambda: Model(one).start(8, 8.0, 0.1, method=1), "method = 1, threads = 1; expected a text"),
+                       (lambda: Model(one).start(8, 8.0, 0.1, seed=np.array(1.7)), "seed = 1.7; expected an integer"),
+                       (lambda: Model(one).growth_rates([1.0], angle=np.nan), "angle = nan; expected a finite number"),
+                       (lambda: drover.slurm_script(drover.Scene.from_dict({}), 0), "shares = 0; expected a whole"),
                        (lambda: drover.Scene.from_dict(1.0), "the scene is 1.0; expected a dictionary"),
                        (lambda: run.observe("peak"), "the observable is 'peak'; expected a function of a frame")]:
         with pytest.raises(drover.Error, match=said):

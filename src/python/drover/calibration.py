@@ -1,9 +1,11 @@
 """drover/calibration.py: coefficients of the equations measured on particles."""
 import os
+from numbers import Integral
 from pathlib import Path
 
 from drover import _drover
 from drover.campaign import Submitted, folder_for_jobs, submit
+from drover.error import Error
 from drover.worker import call
 
 
@@ -59,6 +61,8 @@ def slurm_script(scene, shares, folder=None):
     >>> slurm_script(scene, 8).splitlines()[0]
     '#!/bin/sh'
     """
+    if not isinstance(shares, Integral) or not 1 <= shares <= 100000:
+        raise Error(f"shares = {shares!r}; expected a whole number from 1 to 100000")
     return _drover.slurm_script("calibrate", scene.name, list(scene.settings), folder_of(scene, folder), shares, [])
 
 

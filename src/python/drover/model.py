@@ -1,6 +1,7 @@
 """drover/model.py: models of declared fields and equations in vector notation, their linear theory, runs in memory."""
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from numbers import Real
 from types import MappingProxyType, NoneType
 
 import numpy as np
@@ -175,6 +176,8 @@ def waves_at(wavenumbers, angle):
     wrong = numbers[~(np.isfinite(numbers) & (numbers >= 0))]
     if wrong.size:
         raise Error(f"wavenumber {wrong[0]}; expected finite ones >= 0")
+    if not isinstance(angle, Real) or not np.isfinite(angle):
+        raise Error(f"angle = {angle!r}; expected a finite number")
     return [(q * np.cos(angle), q * np.sin(angle)) for q in numbers]
 
 

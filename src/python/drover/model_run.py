@@ -37,7 +37,7 @@ class ModelRun:
             raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
         if not isinstance(method, str) or not isinstance(threads, Integral):
             raise Error(f"method = {method!r}, threads = {threads!r}; expected a text and a whole number")
-        if not 0 <= seed < 2**63:
+        if not isinstance(seed, Integral) or not 0 <= seed < 2**63:
             raise Error(f"seed = {seed}; expected an integer from 0 to 2^63 - 1")
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
         self._evolution = Evolution(model._equations, *map(int, points), *self.side, dt, method, seed, threads)

@@ -341,7 +341,7 @@ class Simulation:
     def summary(self):
         """Means of the samples so far with errors and linear theory, as the summary of an archive: a Dataset.
 
-        Of particles without what needs their paths.  Computed anew each time.
+        Without biases of the step, and of particles without what needs their paths.  Computed anew each time.
 
         >>> from drover import Scene
         >>> run = Scene.from_dict({"grid": {"nx": 16, "ny": 16}, "time": {"dt": 0.1, "end": 50.0},
