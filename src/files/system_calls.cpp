@@ -89,6 +89,8 @@ Descriptor::~Descriptor() {
 }
 
 Descriptor try_open(const std::filesystem::path& file, int flags) {
+    require(file.native().find('\0') == std::string::npos, {file.string()},
+            "the name of a file has a zero byte; expected one without");
     constexpr mode_t everyone_as_the_umask_allows = 0666;
     // O_NONBLOCK: the opening of a pipe must not wait; it changes nothing for a plain file.
     Descriptor opened(uninterrupted(

@@ -279,6 +279,8 @@ Scene scene_of(const LocatedTables& given, const std::string& file) {
     };
     for (const auto& [name, table] : tables) {
         if (is_read(name)) continue;
+        require(!is_in_declared_list(name + "["), table.where, "unknown table [{}]; expected [[{}]], one for each",
+                name, name);
         fail_input(table.where, "unknown table [{}]; {}", name,
                    suggestion(name, sections, text("expected one of {}", joined(sections)), "did you mean [{}]?"));
     }

@@ -2,6 +2,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "base/mapped.hpp"
 #include "io/scene.hpp"
@@ -62,6 +63,17 @@ void check_nesting(const std::string& toml, const SourceLocation& where) {
     }
 }
 
+/// What is expected at a place that is not TOML: a value behind the "=" of its line, or else a line.
+const char* expected_at(const std::string& toml, const toml::source_position& place) {
+    std::istringstream lines(toml);
+    std::string line;
+    for (toml::source_index number = 0; number < place.line && std::getline(lines, line);) ++number;
+    const std::size_t equals = line.find('=');
+    return equals != std::string::npos && equals + 1 < place.column
+               ? "a number such as 0.6, a text in quotes, true or false, or a list in brackets, alone on its line"
+               : "lines such as [grid] and nx = 256";
+}
+
 toml::table parsed(const std::string& text, const std::string& name) {
     constexpr std::size_t max_bytes = std::size_t{4} << 20;  // of a resolved scene; a scene file has less
     require(text.size() <= max_bytes, {.file = name}, "a scene of {}; expected at most {}",
@@ -70,8 +82,8 @@ toml::table parsed(const std::string& text, const std::string& name) {
     try {
         return toml::parse(text, name);
     } catch (const toml::parse_error& error) {
-        fail_input(where_of(error.source(), name), "not TOML: {}; expected lines such as [grid] and nx = 256",
-                   std::string(error.description()));
+        fail_input(where_of(error.source(), name), "not TOML: {}; expected {}", std::string(error.description()),
+                   expected_at(text, error.source().begin));
     }
 }
 

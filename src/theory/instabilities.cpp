@@ -7,10 +7,10 @@
 #include <numbers>
 
 #include "base/constants.hpp"
-#include "base/mapped.hpp"
 #include "drover/theory/theory.hpp"
 #include "numerics/algebra/bracket.hpp"
 #include "numerics/algebra/extremum.hpp"
+#include "theory/maxima.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -27,8 +27,11 @@ struct Landscape {
     Eigen::MatrixXd conserved;  ///< conserved_means()
 
     double at(double x, double angle) const { return growth_rate(state, std::exp(x), angle); }
-    auto along(double angle) const {
-        return [this, angle](double x) { return at(x, angle); };
+    numerics::Largest largest(double angle) const {
+        numerics::Largest found{.place = log_q.front()};
+        for (const auto& [x, _] : growth_maxima(growth_of_modes(state), log_q, {angle}))
+            if (const double rate = at(x, angle); rate > found.value) found = {rate, x};
+        return found;
     }
     /// The largest distance of a rate above its rounding error.
     double excess(double x, double angle) const {
@@ -107,10 +110,9 @@ Instability found_at(const Landscape& land, double x, double angle) {
 
 bool faster(const Instability& a, const Instability& b) { return a.rate > b.rate; }
 
-/// best: the place of the largest rate of the search.
-std::vector<Instability> isotropic_instabilities(const Landscape& land, const GrowthSearch& search, double best) {
+/// x: the place of the largest rate.
+std::vector<Instability> isotropic_instabilities(const Landscape& land, const GrowthSearch& search, double x) {
     std::vector<Instability> found;
-    const double x = numerics::refined_maximum(land.log_q, best, land.along(0.0));
     const InstabilityKind change = kind_of_change(land);
     const auto add_change = [&](double at) {
         found.push_back(found_at(land, at, 0.0));
@@ -162,8 +164,7 @@ Looks look_around(const Landscape& land, Threads& threads) {
     Looks looks{.quarter = quarter, .steps = quarter ? angle_steps : 2 * angle_steps, .best = {}};
     looks.best.resize(static_cast<std::size_t>(looks.steps) + 1);
     threads.for_chunks(looks.best.size(), 1, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a)
-            looks.best[a] = numerics::largest_of(land.log_q, land.along(static_cast<double>(a) * step_angle));
+        for (std::size_t a = begin; a < end; ++a) looks.best[a] = land.largest(static_cast<double>(a) * step_angle);
     });
     return looks;
 }
@@ -199,7 +200,7 @@ std::vector<Instability> anisotropic_instabilities(const Landscape& land, const 
         const auto rate = [&](int n) { return best[static_cast<std::size_t>((n + steps) % steps)].value; };
         const double angle = a * step_angle, x = best[static_cast<std::size_t>(a)].place;
         if (quarter && (a == 0 || a == steps)) {
-            add(numerics::refined_maximum(log_q, x, land.along(angle)), angle);  // symmetry keeps a wave at its angle
+            add(x, angle);  // symmetry keeps a wave at its angle
         } else if (rate(a) > rate(a - 1) && rate(a) >= (quarter && a + 1 == steps ? best.back().value : rate(a + 1))) {
             auto [fine, turned] =
                 numerics::climbed([&](double one, double other) { return land.at(one, other); }, {x, angle},
@@ -228,16 +229,8 @@ std::pair<double, double> climbed(const model::LinearisedAt& at, std::pair<doubl
 
 /// The grid of a search with its maxima refined: log |q| ascending.
 std::vector<double> with_maxima(const model::LinearisedAt& at, double angle, const std::vector<double>& log_q) {
-    const auto rate = [&](double x) { return growth_rate(at, std::exp(x), angle); };
-    const std::vector<double> rates = mapped(log_q, rate);
     std::vector<double> places = log_q;
-    for (std::size_t k = 0; k < log_q.size(); ++k) {
-        const double left = k > 0 ? rates[k - 1] : rates[k], right = k + 1 < rates.size() ? rates[k + 1] : rates[k];
-        if (rates[k] < left || rates[k] < right) continue;
-        const double low = log_q[k > 0 ? k - 1 : k], high = log_q[k + 1 < log_q.size() ? k + 1 : k];
-        const double fine = numerics::golden_maximum(low, high, rate);
-        if (rate(fine) > rates[k]) places.push_back(fine);
-    }
+    for (const auto& [x, _] : growth_maxima(growth_of_modes(at), log_q, {angle})) places.push_back(x);
     std::ranges::sort(places);
     return places;
 }
@@ -272,7 +265,7 @@ GrowingWaves growing_waves(const model::LinearisedAt& at, const GrowthSearch& se
                          .uniform = uniform_growth(at),
                          .conserved = conserved_means(at.equations())};
     if (at.is_isotropic()) {
-        const double best = numerics::largest_of(land.log_q, land.along(0.0)).place;
+        const double best = land.largest(0.0).place;
         return {.kinds = isotropic_instabilities(land, search, best),
                 .fastest = refined_wave(at, search, land.log_q, {best, 0.0}, 0.0)};
     }

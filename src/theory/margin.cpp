@@ -6,6 +6,7 @@
 #include "base/constants.hpp"
 #include "numerics/algebra/extremum.hpp"
 #include "theory/boundary.hpp"
+#include "theory/maxima.hpp"
 #include "theory/uniform_equations.hpp"
 
 namespace drover::theory {
@@ -62,23 +63,30 @@ public:
         }
         return result;
     }
-    Margin wave(double log_q, double angle) const {
-        const double q = std::exp(std::clamp(log_q, std::log(search_.min), std::log(search_.max)));
-        return {.value = -growth_rate(at_, q, angle) * (1.0 + weight_ / (q * q)), .angle = angle, .q = q};
+    /// The least stable wave at all |q| and angles of the search that is finite; infinite without one.
+    Margin wave(const std::vector<double>& log_q, const std::vector<double>& angles) const {
+        const GrowthOfModes growth = [&](double x, double angle) -> Eigen::VectorXd {
+            const double q = std::exp(x);
+            return mode_rates(at_, at_.wavevector(q, angle)).real() * (1.0 + weight_ / (q * q));
+        };
+        Margin best{.value = infinite};
+        for (const auto& [x, angle] : growth_maxima(growth, log_q, angles))
+            if (const double value = -growth(x, angle).maxCoeff(); value < best.value)
+                best = {.value = value, .angle = angle, .q = std::exp(x)};
+        return best;
     }
-    /// The least stable wave at all |q| and angles of the search.
+    /// The least stable change of all.
     Margin lowest() const {
         const std::vector<double> log_q = numerics::even_logarithms(search_.min, search_.max, search_.wavenumbers);
         const int angles = at_.is_isotropic() ? 1 : search_.angles;
-        const double step = log_q[1] - log_q[0], step_angle = std::numbers::pi / angles;
+        const double step_angle = std::numbers::pi / angles;
         Margin lowest = uniform();
-        Margin best{.value = infinite};
         Margin slowest = slow(0.0), limiting = limit(0.0);
+        std::vector<double> turns;
         for (int a = 0; a < angles; ++a) {
-            if (const Margin here = slow(a * step_angle); here.value < slowest.value) slowest = here;
-            if (const Margin here = limit(a * step_angle); here.value < limiting.value) limiting = here;
-            for (const double x : log_q)
-                if (const Margin here = wave(x, a * step_angle); here.value < best.value) best = here;
+            turns.push_back(a * step_angle);
+            if (const Margin here = slow(turns.back()); here.value < slowest.value) slowest = here;
+            if (const Margin here = limit(turns.back()); here.value < limiting.value) limiting = here;
         }
         if (angles > 1) {  // between the angles
             const auto refined = [&](const Margin& from, auto at) {
@@ -92,15 +100,9 @@ public:
         }
         for (const Margin& long_wave : {slowest, limiting})
             if (long_wave.value < lowest.value) lowest = long_wave;
-        if (!std::isfinite(best.value)) return best.value < 0.0 ? best : lowest;
-        std::pair<double, double> place{std::log(best.q), best.angle};
-        const auto rate = [&](double x, double angle) { return -wave(x, angle).value; };
-        if (angles > 1) place = numerics::climbed(rate, place, {step, step_angle}, {log_q.front(), log_q.back()});
-        const double fine =
-            numerics::refined_maximum(log_q, place.first, [&](double x) { return rate(x, place.second); });
-        for (const Margin& refined : {wave(place.first, place.second), wave(fine, place.second)})
-            if (refined.value < best.value) best = refined;
+        Margin best = wave(log_q, turns);
         if (!(best.value < lowest.value)) return lowest;
+        if (!std::isfinite(best.value)) return best;
         best.frequency = growth(at_, best.q, best.angle).frequency;
         return best;
     }

@@ -71,6 +71,50 @@ TEST(ModelBoundaryLong, OfTheBrusselatorHasATuringPartAndAHopfPart) {
     EXPECT_GT(oscillations, 3);
 }
 
+// u grows at f - c (1 - q^2)^2, largest at f, and lies below v at each of the 31 wavenumbers of a search of which none
+// is 1: at the nearest one it is 0.005 c below its maximum.  v decays at 0.002 + 0.1 q^2 slope.
+TEST(ModelBoundary, FindsAPatternThatASlowWaveHidesAtAllWavesOfTheSearch) {
+    const GrowthSearch search{.min = 0.9e-2, .max = 10.0, .wavenumbers = 31};
+    for (const double c : {1.0, 30.0, 1e3, 1e5})
+        for (const double slope : {0.0, 0.01})
+            for (const double f : {-1e-6, 1e-6}) {
+                const model::Equations equations({.fields = {scalar("u", "f u - c (u + 2 lap u + lap lap u)"),
+                                                             scalar("v", "-0.002 v + 0.1 slope lap v")},
+                                                  .definitions = {},
+                                                  .coefficients = {{"f", f}, {"c", c}, {"slope", slope}}});
+                const Margin found = margin(equations, MarginState::isotropic, {}, search);
+                SCOPED_TRACE(testing::Message() << "c " << c << ", slope " << slope << ", f " << f);
+                // The weight of long waves, 1 + min max/q^2, varies by 1e-5 over the waves that matter here, |1 - q|
+                // < 1e-3; a place found to 1e-8 leaves 4e-16 c.
+                EXPECT_NEAR(found.value, -f * (1.0 + search.min * search.max), std::abs(f) * 1e-3 + 4e-15 * c);
+                EXPECT_NEAR(found.q, 1.0, 1e-3);
+                const std::vector<Band> bands = growth_bands(about(equations.model()), 0.0, search);
+                ASSERT_EQ(bands.size(), f > 0.0 ? 1U : 0U);
+                if (f > 0.0) {
+                    EXPECT_NEAR(bands.front().growth.rate, f, f * 1e-3 + 4e-15 * c);
+                }
+            }
+}
+
+// The same about an order along x, whose turns decay at 0.001 q^2 at all angles; u grows at the angle 55 degrees alone,
+// between two angles of the search.
+TEST(ModelBoundary, FindsAPatternThatATurnHidesAtAllAnglesOfTheSearch) {
+    const double along = std::pow(std::cos(55.0 * pi / 180.0), 2.0);
+    const GrowthSearch search{.min = 0.9e-2, .max = 10.0, .wavenumbers = 31, .angles = 18};
+    for (const double f : {-1e-6, 1e-6}) {
+        const model::Equations equations(
+            {.fields = {spin(1, "p", "(1 - p.p) p + 0.001 lap p"),
+                        scalar("u",
+                               "f u - c (u + 2 lap u + lap lap u) - c (p.grad(p.grad(p.grad(p.grad u)))"
+                               " - 2 along p.grad(p.grad lap u) + along^2 lap lap u)")},
+             .definitions = {},
+             .coefficients = {{"f", f}, {"c", 100.0}, {"along", along}}});
+        const Margin found = margin(equations, MarginState::ordered, {}, search);
+        EXPECT_NEAR(found.value, -f * (1.0 + search.min * search.max), std::abs(f) * 1e-2) << f;
+        EXPECT_NEAR(std::pow(std::cos(found.angle), 2.0), along, 1e-4) << f;
+    }
+}
+
 // A conserved density: d_t phi = lap(r phi + phi^3 - lap phi) separates where r + 3 phi0^2 < 0, first in long waves.
 TEST(ModelBoundary, OfPhaseSeparationIsThatOfTheLongestWaves) {
     Threads threads(1);

@@ -32,6 +32,23 @@ double golden_maximum(double low, double high, Function function) {
     return 0.5 * (low + high);
 }
 
+/// Climbs from a place to the nearest maximum of a function, in growing steps of which this is the first.
+template <class Function>
+double climbed_along(double from, double step, Function function) {
+    double highest = function(from), behind = from, ahead = from;
+    for (const double side : {-1.0, 1.0}) {
+        std::swap(behind, ahead);
+        for (double length = step;; length *= 2.0) {
+            ahead = from + side * length;
+            const double next = function(ahead);
+            if (!(next > highest)) break;
+            highest = next, behind = from, from = ahead;
+        }
+    }
+    const double fine = golden_maximum(behind, ahead, function);
+    return function(fine) > highest ? fine : from;
+}
+
 /// The largest of the values of a function at some places.
 struct Largest {
     double value = -infinite, place = 0.0;

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from drover import _drover
 from drover.campaign import Submitted, folder_for_jobs, submit
-from drover.error import Error
+from drover.error import Error, require_scene
 from drover.worker import call
 
 
@@ -39,6 +39,7 @@ def calibrate(scene, folder=None, *, want=(), budget="", workers=0, share=(1, 1)
     `want`: "onset=5%" or a list of such texts: trials are spread so that these numbers reach their standard errors at
     the least cost, in a core time of `budget` ("2h").
     """
+    require_scene(scene)
     if workers:
         scene = scene.set("calibrate.workers", workers)
     first, shares = share
@@ -61,6 +62,7 @@ def slurm_script(scene, shares, folder=None):
     >>> slurm_script(scene, 8).splitlines()[0]
     '#!/bin/sh'
     """
+    require_scene(scene)
     if not isinstance(shares, Integral) or not 1 <= shares <= 100000:
         raise Error(f"shares = {shares!r}; expected a whole number from 1 to 100000")
     return _drover.slurm_script("calibrate", scene.name, list(scene.settings), folder_of(scene, folder), shares, [])

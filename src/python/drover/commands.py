@@ -1,10 +1,11 @@
 """drover/commands.py: the commands that start from an archive or a table."""
 import json
 import os
+from numbers import Integral
 from pathlib import Path
 
 from drover import _drover
-from drover.error import ArgumentError
+from drover.error import ArgumentError, require_scene
 from drover.locks import hdf5
 
 
@@ -72,6 +73,8 @@ def fit(archive, keys, *, scene=None, max_wavenumber=None, begin=0.0, end=None, 
     >>> abs(found["value"] - 0.5) < 5.0 * found["error"]
     True
     """
+    if scene is not None:
+        require_scene(scene)
     native = None if scene is None else scene._native
     keys = [keys] if isinstance(keys, str) else list(keys)
     with hdf5():
@@ -91,6 +94,8 @@ def export(archive, output, *, frame=None, every=1, bodies=False, overwrite=Fals
     ['flock-0000.vtk', 'flock-0001.vtk']
     """
     names = os.fspath(archive), os.fspath(output)
+    if frame is not None and not isinstance(frame, Integral):
+        raise ArgumentError(f"frame = {frame!r}; expected the number of one frame, or None: all")
     if frame is not None and every != 1:
         raise ArgumentError(f"frame = {frame} and every = {every}; expected one of them")
     kind = Path(output).suffix

@@ -36,6 +36,8 @@ def dynamic_structure_factor(run, field, *, along="x", modes=1, begin=None, segm
     """
     if along not in ("x", "y"):
         raise ArgumentError(f'along = "{along}"; expected "x" or "y"')
+    if not hasattr(run, "frames"):
+        raise ArgumentError(f"the run is {run!r}; expected an open one, such as drover.open_run(\"flock.h5\")")
     fields = [name for name, values in run.frames.data_vars.items() if {"x", "y"} <= set(values.dims)]
     if not fields:
         raise ArgumentError(f"{run.path} is a run of particles; expected one of fields")

@@ -24,6 +24,12 @@ class ArgumentError(Error, ValueError):
     """An argument with a value that is not allowed."""
 
 
+def require_scene(scene):
+    """Raises Error for anything else than a scene, whose module this one cannot import."""
+    if not hasattr(scene, "to_toml"):
+        raise Error(f"the scene is {scene!r}; expected a drover.Scene, such as Scene.load(\"flock.toml\")")
+
+
 def status_of(action):
     """The exit status of a program that takes `action`: 0; else 2 for invalid input and 1 for a failed run or disk,
     with a sentence on standard error.

@@ -170,9 +170,14 @@ def number_or_text(value):
 
 def waves_at(wavenumbers, angle):
     """(q_x, q_y) of each |q|, at an angle to the x axis."""
-    numbers = np.atleast_1d(np.asarray(wavenumbers, dtype=float))
+    try:
+        numbers = np.atleast_1d(np.asarray(wavenumbers, dtype=float))
+    except (TypeError, ValueError):
+        raise Error(f"the wavenumbers are {wavenumbers!r}; expected a number or a list of them") from None
     if not numbers.size:
         raise Error("no wavenumbers; expected at least one")
+    if numbers.ndim != 1:
+        raise Error(f"the wavenumbers have the shape {numbers.shape}; expected a list of numbers")
     wrong = numbers[~(np.isfinite(numbers) & (numbers >= 0))]
     if wrong.size:
         raise Error(f"wavenumber {wrong[0]}; expected finite ones >= 0")
@@ -365,6 +370,8 @@ class Model:
 
     def symbol(self, q, state=None):
         """The matrix M of d_t a = M a for small waves a exp(i q.r) about a uniform state, by components."""
+        if np.shape(q) != (2,):
+            raise Error(f"q = {q!r}; expected its two components, (q_x, q_y)")
         return self._equations.symbol(self._of(state), *map(float, q))
 
     def growth_rates(self, wavenumbers, angle=0.0, state=None):

@@ -43,6 +43,8 @@ class Scene:
     @classmethod
     def parse(cls, text, name="scene.toml"):
         """The scene of a TOML text.  Messages and archives call it `name`."""
+        if not isinstance(text, str):
+            raise Error(f"the scene is {text!r}; expected TOML as text: load() reads a file, from_dict() a dict")
         with hdf5():
             return cls(_drover.Scene.parse(text, name, []), text, name)
 
@@ -60,7 +62,10 @@ class Scene:
         <drover.Scene scene.toml: fields, grid.nx=64, grid.lx=32.0, time.end=5.0>
         """
         changes = key if isinstance(key, dict) else {key: value}
-        settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in flat(changes))]
+        for name, _ in (changed := list(flat(changes))):
+            if not isinstance(name, str) or "=" in name:
+                raise Error(f"the key {name!r}; expected one of the keys of scene.keys(), such as \"grid.nx\"")
+        settings = [*self._settings, *(f"{name}={value_text(value)}" for name, value in changed)]
         return restored(self._text, self._name, settings, self._functions)
 
     def term(self, of, value=None, *, flux=None, degree=None, explicit=False, **parameters):
@@ -136,7 +141,7 @@ class Scene:
         return self._values
 
     def __getitem__(self, key):
-        section, _, name = key.rpartition(".")
+        section, _, name = str(key).rpartition(".")
         tables = [self._tables]
         for part in section.split("."):
             part, number = LISTED.fullmatch(part).groups() if LISTED.fullmatch(part) else (part, None)
@@ -176,7 +181,7 @@ class Scene:
         >>> Scene.from_dict({}).describe("grid.lx")["unit"]
         'mm'
         """
-        rows, (section, _, name) = described(self.kind), key.partition(".")
+        rows, (section, _, name) = described(self.kind), str(key).partition(".")
         row = rows.get(LISTED.sub(r"[\1]", section) + "." + name)
         if row is None and key in self.keys():  # a name of the scene's own
             row = {"name": name, "doc": next(part["doc"] for part in json.loads(_drover.schema(self.kind))
@@ -317,6 +322,8 @@ class Scene:
         """
         if wave != "x":
             raise Error(f'wave = "{wave}"; expected "x", along which the state varies and travels')
+        if not isinstance(follow, str):
+            raise Error(f'follow = {follow!r}; expected a key and its last value, "relaxation.rate = 1.2"')
         return computed(_drover.states, self, output, overwrite, threads=threads, speed=speed, settle=settle,
                         follow=follow, points=points)
 
@@ -350,6 +357,8 @@ def restored(text, name, settings, functions=None):
 def range_text(axis):
     if isinstance(axis, str):
         return axis
+    if not isinstance(axis, (list, tuple)) or len(axis) != 3:
+        raise Error(f'the axis {axis!r}; expected a key with its first and last value, ("driving.strength", 5, 60)')
     key, first, last = axis
     return f"{key} = {value_text(first)}:{value_text(last)}"
 

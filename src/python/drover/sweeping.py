@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drover.campaign import folder_for_jobs, submit
-from drover.error import ArgumentError, Error
+from drover.error import ArgumentError, Error, require_scene
 from drover.toml import value_text
 from drover.worker import call
 
@@ -71,6 +71,7 @@ def sweep(scene, vary, *, seeds=1, want=None, max_seeds=64, refine=None, refine_
     >>> sweep(scene, {"relaxation.rate": [0.5, 1.0]}).polar_order.dims
     ('relaxation.rate',)
     """
+    require_scene(scene)
     for name, value in (("vary", vary), ("want", want or {}), ("refine", refine or {})):
         if not isinstance(value, Mapping):
             raise ArgumentError(f"{name} = {value!r}; expected a dict: {{key: values}} of vary, {{observable: change}} "

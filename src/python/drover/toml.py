@@ -40,6 +40,8 @@ def scene_text(sections):
     """
     tables = {}
     for name, value in sections.items():
+        if not isinstance(name, str):
+            raise Error(f"the key {name!r}; expected a section or section.key as text, such as grid.nx")
         if name in LISTS and isinstance(value, (list, tuple)):
             tables[name] = value
         elif isinstance(value, dict):

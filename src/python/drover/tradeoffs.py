@@ -4,7 +4,7 @@ import tempfile
 
 from drover import _drover
 from drover.campaign import Submitted, folder_for_jobs, submit
-from drover.error import ArgumentError, Error
+from drover.error import ArgumentError, Error, require_scene
 from drover.worker import call
 
 
@@ -49,6 +49,7 @@ def tradeoff(scene, want, budget="20min", *, folder=None, workers=0, collect=Fal
     >>> found.recommended["time.end"] >= 100.0
     True
     """
+    require_scene(scene)
     targets = [want] if isinstance(want, str) else list(want)
     if not isinstance(budget, str):
         raise ArgumentError(f'budget = {budget!r}; expected a time, such as "20min"')
