@@ -82,6 +82,9 @@ TEST(Shape, that_is_impossible_is_rejected) {
     EXPECT_THROW(make_ball(1.0, 0.0), Error);
     EXPECT_THROW(make_ball(1.0, -1.0), Error);
     EXPECT_THROW(make_rod({1.1, 0.7}, 0.9, 8.7), Error);
+    // The sphere in the middle would reach from 0 to 2, beyond the tips at 0.25 and 1.75.
+    EXPECT_THROW(make_rod({0.5, 2.0, 0.5}, 1.5, 8.7), Error);
+    EXPECT_NO_THROW(make_rod({0.5, 2.0, 0.5}, 2.0, 8.7));
 }
 
 }  // namespace

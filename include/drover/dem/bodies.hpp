@@ -45,7 +45,7 @@ struct Shape {
 Shape make_shape(std::vector<AxisSphere> spheres, const SourceLocation& where = {});
 
 /// Equally spaced spheres, tail to head, of one density [mg/mm^3] and a length from tip to tip [mm].  A single diameter
-/// gives a ball.
+/// gives a ball.  Throws an input Error where a sphere between the first and the last reaches beyond them.
 Shape make_rod(const std::vector<double>& diameters, double length, double density, const SourceLocation& where = {});
 
 Shape make_ball(double diameter, double density, const SourceLocation& where = {});

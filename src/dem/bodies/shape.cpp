@@ -110,7 +110,13 @@ Shape make_rod(const std::vector<double>& diameters, double length, double densi
     const double spacing = (length - tips) / static_cast<double>(diameters.size() - 1);
     for (std::size_t i = 0; i < diameters.size(); ++i)
         spheres.push_back({.at = spacing * static_cast<double>(i), .radius = 0.5 * diameters[i], .density = density});
-    return make_shape(std::move(spheres), where);
+    const Shape rod = make_shape(std::move(spheres), where);
+    constexpr double rounding = 1e-12;
+    require(rod.head - rod.tail <= length * (1.0 + rounding), where,
+            "a rod {} mm long of which a sphere between the first and the last reaches beyond them, {} mm in all; "
+            "expected a longer one, or larger first and last spheres",
+            length, rod.head - rod.tail);
+    return rod;
 }
 
 Shape make_ball(double diameter, double density, const SourceLocation& where) {
