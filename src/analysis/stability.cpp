@@ -337,7 +337,7 @@ theory::GrowthSearch growth_search(const io::Scene& scene) {
     const io::StabilityPlan& plan = scene.stability;
     theory::GrowthSearch search{.min = plan.min_wavenumber,
                                 .max = plan.max_wavenumber,
-                                .wavenumbers = std::max(3, plan.wavenumbers),
+                                .wavenumbers = std::max(plan.wavenumbers, io::StabilityPlan{}.wavenumbers),
                                 .angles = 2 * plan.angles};
     if (search.min == 0.0) search.min = 1e-3 * smallest_wavenumber(scene.grid);
     const auto largest = [](int points, double side) { return points > 1 ? pi * points / side : 0.0; };

@@ -212,6 +212,15 @@ def test_waves_that_grow_along_a_line_are_judged_along_it(tmp_path):
     assert "waves down to a length of 7.71 mm grow" in said and "choose grid.nx = 64" in said
 
 
+def test_a_coarse_map_hides_no_waves_that_grow(tmp_path):
+    # Two patterns, at |q| = 1 and 1.4: the eight waves of the map are at every third of these.
+    scene = write(tmp_path, ['{symbol = "u"}', '{symbol = "v"}'],
+                  ['u = "(r - 1) u - 2 lap u - lap lap u"', 'v = "(r - 1) v - 2 lap v / 1.96 - lap lap v / 1.96^2"'],
+                  "r = 0.001")
+    found = drover_json(tmp_path, "stability", scene, "--set", "stability.wavenumbers=8")["states"][0]["instabilities"]
+    assert sorted(one["wavenumber"] for one in found) == pytest.approx([1.0, 1.4], rel=1e-6)
+
+
 def test_growth_is_told_in_the_units_of_the_scene(tmp_path):
     named = ["--set", "units.length=um", "--set", "units.time=h", "--set", "time.end=100"]
     scene = write(tmp_path, ['{symbol = "u"}'], ['u = "0.5 u + lap u"'])
