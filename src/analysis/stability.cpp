@@ -111,57 +111,24 @@ run::Entry row_entry(const calibrate::ResultRow& row) {
     return run::shown_as(run::number(row.name, row.unit, row.meaning, row.value), {.text = row.applies});
 }
 
-/// What is analysed of a scene, and what its result begins with.
-struct StabilityProblem {
-    std::string direction;  ///< from which angles are measured: "p0"
-    std::vector<run::Entry> entries;
-    std::vector<std::pair<std::string, run::Record>> parts = {};
-    std::vector<AnalysedState> states = {};
-    std::vector<std::string> footer = {};
-};
-
 /// What only rods and beads have.
-void add_slow_order(const io::Scene& scene, StabilityProblem& problem) {
+void add_slow_order(const io::Scene& scene, run::Record& root) {
     const physics::Equations equations(scene.model);
     const calibrate::SlowOrder slow = calibrate::slow_order(equations);
     const std::vector<std::string> notes = calibrate::stability_remarks(equations, slow);
-    for (const calibrate::ResultRow& row : calibrate::density_rows(equations))
-        problem.entries.push_back(row_entry(row));
-    problem.entries.push_back(run::data_only(run::words("notes", "", notes)));
+    for (const calibrate::ResultRow& row : calibrate::density_rows(equations)) root.entries.push_back(row_entry(row));
+    root.entries.push_back(run::data_only(run::words("notes", "", notes)));
     run::Record record{.heading = "effective coefficients"};
     for (const calibrate::ResultRow& row : calibrate::slow_order_rows(equations, slow))
         record.entries.push_back(row_entry(row));
-    problem.parts.emplace_back("coefficients", std::move(record));
-    for (const std::string& note : notes) problem.footer.push_back("\nnote: " + note);
-}
-
-StabilityProblem stability_problem(const io::Scene& scene) {
-    const bool is_own = scene.kind == io::SceneKind::model;
-    const model::Equations equations = run::equations_of(scene);
-    const theory::StationaryStates found = run::uniform_states_of(scene, equations);
-    const model::Field* const order = order_of(equations.model());
-    StabilityProblem problem{.direction = order != nullptr && is_described(*order) ? order->symbol + "0" : "the order",
-                             .entries = {
-                                 is_own ? run::words("model", "its name", scene.declared.name)
-                                        : run::words("form", "fields of the model", physics::form_name(scene.model))}};
-    if (!found.why_none.empty()) problem.footer.push_back("\nno uniform stationary state: " + found.why_none);
-    if (!found.kink.empty() && found.why_none.empty()) problem.footer.push_back("\nno linear theory: " + found.kink);
-    if (!found.why_no_order.empty()) problem.footer.push_back("\nno ordered state: " + found.why_no_order);
-    if (!found.why_incomplete.empty()) problem.footer.push_back("\nnote: " + found.why_incomplete);
-    if (!is_own) add_slow_order(scene, problem);
-    for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order},
-                                    std::pair{"incomplete", found.why_incomplete},
-                                    std::pair{"no_theory", found.why_none.empty() ? found.kink : ""}})
-        problem.entries.push_back(run::data_only(run::words(name, "", why)));
-    for (const theory::StationaryState& state : found.states)
-        problem.states.push_back(analysed(scene, equations, state, problem.states.size() + 1));
-    return problem;
+    root.parts.emplace_back("coefficients", std::move(record));
+    for (const std::string& note : notes) root.footer.push_back("\nnote: " + note);
 }
 
 /// Where and how a state is analysed.
 struct Analysis {
     const io::Scene& scene;
-    const StabilityProblem& problem;
+    std::string direction;  ///< from which angles are measured: "p0"
     theory::GrowthSearch search;
     Threads* threads;  ///< of maps; nullptr: no maps
 };
@@ -196,13 +163,13 @@ run::Record instability_record(const theory::Instability& found, const std::stri
 run::List instability_list(const Analysis& of, const std::vector<theory::Instability>& found) {
     run::List list{.name = "instabilities",
                    .heading = text("unstable (fastest first; angles from {}; -: growth extends beyond the search)",
-                                   of.problem.direction),
+                                   of.direction),
                    .row = "instability",
                    .meaning = "instabilities, fastest first",
                    .prefix = "instability_",
                    .empty = text("stable against all waves from |q| = {:.3g} to {}", of.search.min,
                                  io::in_unit("{:.3g}", of.search.max, "/mm", of.scene.units))};
-    for (const theory::Instability& one : found) list.rows.push_back(instability_record(one, of.problem.direction));
+    for (const theory::Instability& one : found) list.rows.push_back(instability_record(one, of.direction));
     return list;
 }
 
@@ -268,7 +235,7 @@ run::List slow_mode_list(const Analysis& of, const AnalysedState& state, std::st
                    .heading =
                        text("long waves, s = -i u q - gamma q^2: u = speed + i growth, gamma = damping, angles from "
                             "{}",
-                            of.problem.direction),
+                            of.direction),
                    .shown = {.archive = false}};
     const bool is_isotropic = state.linear.is_isotropic();
     bool disperses = false;
@@ -276,7 +243,7 @@ run::List slow_mode_list(const Analysis& of, const AnalysedState& state, std::st
         const theory::SlowModes slow = theory::slow_modes(state.linear, angle * radians_per_degree);
         if (!slow.why_none.empty()) why_none = slow.why_none;
         for (const theory::SlowMode& mode : slow.modes) {
-            list.rows.push_back(slow_mode_record(mode, angle, of.problem.direction, angle == 0.0 || !is_isotropic));
+            list.rows.push_back(slow_mode_record(mode, angle, of.direction, angle == 0.0 || !is_isotropic));
             disperses = disperses || dispersion_of(mode) != 0.0;
         }
     }
@@ -320,8 +287,7 @@ run::Record state_record(const Analysis& of, const AnalysedState& state) {
         record.footer.push_back(text("in this cell the direction of the mean order diffuses with D = {:.4g} rad2 s-1",
                                      diffusion / numerics::area(of.scene.grid)));
     if (of.threads != nullptr)
-        record.maps =
-            stability_maps(of.scene.stability, of.scene.grid, state, of.problem.direction, of.search, *of.threads);
+        record.maps = stability_maps(of.scene.stability, of.scene.grid, state, of.direction, of.search, *of.threads);
     return record;
 }
 }  // namespace
@@ -354,18 +320,33 @@ theory::GrowthSearch growth_search(const io::Scene& scene) {
 
 run::Result make_stability(const io::Scene& scene, Threads* threads) {
     const theory::GrowthSearch search = growth_search(scene);
-    StabilityProblem problem = stability_problem(scene);
-    const Analysis analysis{.scene = scene, .problem = problem, .search = search, .threads = threads};
-    run::List states{.name = "states"};
-    for (const AnalysedState& state : problem.states) states.rows.push_back(state_record(analysis, state));
-    run::Record root{.entries = std::move(problem.entries),
-                     .parts = std::move(problem.parts),
-                     .lists = {std::move(states)},
-                     .footer = std::move(problem.footer)};
+    const bool is_own = scene.kind == io::SceneKind::model;
+    const model::Equations equations = run::equations_of(scene);
+    const theory::StationaryStates found = run::uniform_states_of(scene, equations);
+    run::Record root{.entries = {is_own ? run::words("model", "its name", scene.declared.name)
+                                        : run::words("form", "fields of the model", physics::form_name(scene.model))}};
+    if (!found.why_none.empty()) root.footer.push_back("\nno uniform stationary state: " + found.why_none);
+    if (!found.kink.empty() && found.why_none.empty()) root.footer.push_back("\nno linear theory: " + found.kink);
+    if (!found.why_no_order.empty()) root.footer.push_back("\nno ordered state: " + found.why_no_order);
+    if (!found.why_incomplete.empty()) root.footer.push_back("\nnote: " + found.why_incomplete);
+    if (!is_own) add_slow_order(scene, root);
+    for (const auto& [name, why] : {std::pair{"no_state", found.why_none}, std::pair{"no_order", found.why_no_order},
+                                    std::pair{"incomplete", found.why_incomplete},
+                                    std::pair{"no_theory", found.why_none.empty() ? found.kink : ""}})
+        root.entries.push_back(run::data_only(run::words(name, "", why)));
     root.entries.push_back(
         run::number("searched_from", "mm-1", "smallest |q| of the search for instabilities", search.min));
     root.entries.push_back(
         run::number("searched_to", "mm-1", "largest |q| of the search for instabilities", search.max));
+    const model::Field* const order = order_of(equations.model());
+    const Analysis analysis{.scene = scene,
+                            .direction = order != nullptr && is_described(*order) ? order->symbol + "0" : "the order",
+                            .search = search,
+                            .threads = threads};
+    run::List states{.name = "states"};
+    for (const theory::StationaryState& state : found.states)
+        states.rows.push_back(state_record(analysis, analysed(scene, equations, state, states.rows.size() + 1)));
+    root.lists = {std::move(states)};
     return {.root = std::move(root)};
 }
 

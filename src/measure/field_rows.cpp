@@ -75,7 +75,7 @@ FieldPowers powers_of_field(const MeasuredField& field, const FieldMoment& momen
     const numerics::Grid& grid = moment.setting.grid;
     for_stored_modes(grid, [&](std::size_t mode, std::size_t column, std::size_t row) {
         const Complex frame = frame_of(grid, column, row, field.spin);
-        if (mode == 0 || !field.is_solenoidal)
+        if (mode == 0 || !field.solenoidal)
             powers.along[mode] = std::norm(frame.real() * first[mode] + frame.imag() * second[mode]);
         powers.across[mode] = std::norm(frame.real() * second[mode] - frame.imag() * first[mode]);
     });
@@ -317,7 +317,7 @@ static double mean_square_velocity(const FieldMoment& moment) {
 }
 
 std::string statistic_name(const MeasuredField& field, const std::string& statistic) {
-    return field.name_first ? field.name + "_" + statistic : statistic + "_" + field.name;
+    return field.observed.name_first ? field.name + "_" + statistic : statistic + "_" + field.name;
 }
 
 std::string statistic_name(const MeasuredField& field, const std::string& statistic, std::size_t part) {

@@ -39,17 +39,8 @@ void add_fields(const model::Equations& equations, const std::vector<model::Stat
     for (const model::StateComponent& component : components) {
         if (component.part == 0) {
             const model::Field& field = equations.model().fields[component.field];
-            setting.fields.push_back({.name = field.name,
-                                      .symbol = field.symbol,
-                                      .unit = field.unit,
-                                      .short_name = model::short_name(field),
-                                      .counted = model::counted_by(field),
-                                      .components = model::dataset_names(field),
-                                      .field = component.field,
-                                      .spin = field.spin,
-                                      .first = first,
-                                      .is_solenoidal = field.solenoidal,
-                                      .name_first = field.observed.name_first});
+            setting.fields.push_back({field, model::short_name(field), model::counted_by(field),
+                                      model::dataset_names(field), component.field, first});
         }
         ++first;
     }
@@ -70,9 +61,9 @@ std::vector<MeasuredEnergy> measured_energies(const model::Equations& equations)
 }
 
 /// Vectors of bodies, the flow by its unit.
-void add_body_vectors(const model::Equations& equations, FieldSetting& setting) {
+void add_body_vectors(FieldSetting& setting) {
     for (const MeasuredField& one : setting.fields) {
-        const std::string& density = equations.model().fields[one.field].observed.of;
+        const std::string& density = one.observed.of;
         if (density.empty()) continue;
         BodyVector vector{.first = one.first};
         for (const MeasuredField& other : setting.fields)
@@ -118,10 +109,8 @@ FieldSetting make_field_setting(const model::Equations& equations, const numeric
     setting.of_state = static_cast<int>(state.size());
     add_fields(equations, balanced, setting);
     setting.in_balance = static_cast<int>(balanced.size());
-    std::ranges::stable_sort(setting.fields, {}, [&](const MeasuredField& field) {
-        return equations.model().fields[field.field].observed.drawn;
-    });
-    add_body_vectors(equations, setting);
+    std::ranges::stable_sort(setting.fields, {}, [](const MeasuredField& field) { return field.observed.drawn; });
+    add_body_vectors(setting);
     return setting;
 }
 
@@ -175,10 +164,7 @@ static bool settles(std::span<const double> mean) {
 
 Recorded field_recording(const FieldSetting& setting, std::vector<RecordedSeries> series) {
     Recorded recorded{.series = std::move(series), .area = numerics::area(setting.grid)};
-    const auto values = [&](const std::string& name) {
-        const RecordedSeries* row = find_row(recorded.series, name);
-        return row == nullptr ? std::vector<double>() : row->values;
-    };
+    const auto values = [&](const std::string& name) { return values_of(recorded.series, name); };
     const auto points = static_cast<double>(numerics::points(setting.grid));
     recorded.indicators.push_back(values(name_of(setting, setting.order)));
     if (setting.order) recorded.orders.push_back(name_of(setting, setting.order));

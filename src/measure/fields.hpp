@@ -18,16 +18,12 @@
 namespace drover::measure {
 
 /// A field, as observables name it.
-struct MeasuredField {
-    std::string name, symbol, unit;
+struct MeasuredField : model::Field {
     std::string short_name;               ///< in structure factors
     std::string counted;                  ///< what number fluctuations count; "": nothing
     std::vector<std::string> components;  ///< their names
     std::size_t field = 0;                ///< its place in the model
-    int spin = 0;
-    int first = 0;               ///< its first component: those of a state, then those in balance
-    bool is_solenoidal = false;  ///< has no part along q
-    bool name_first = false;     ///< model::Observed
+    int first = 0;                        ///< its first component: those of a state, then those in balance
 };
 
 /// The name of the cross structure factor of two fields.

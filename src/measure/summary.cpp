@@ -236,6 +236,11 @@ std::string in_brackets(const std::vector<std::string>& units) {
 }
 }  // namespace
 
+std::vector<double> values_of(const std::vector<RecordedSeries>& series, const std::string& name) {
+    const RecordedSeries* row = find_row(series, name);
+    return row == nullptr ? std::vector<double>() : row->values;
+}
+
 Summary summarise(const Recorded& recorded) {
     Summary summary{.samples = checked_samples(recorded)};
     std::size_t cut = 0, automatic = 0;

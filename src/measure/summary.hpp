@@ -20,6 +20,9 @@ struct RecordedSeries {
     Nature nature = Nature::number;
 };
 
+/// The values of the series of that name; empty when there is none.
+std::vector<double> values_of(const std::vector<RecordedSeries>& series, const std::string& name);
+
 template <class Moment>
 RecordedSeries recorded_series(const Observable<Moment>& row, std::vector<double> values) {
     return {row.name, row.unit, row.formula, row.axes, row.averaging, std::move(values), row.nature};

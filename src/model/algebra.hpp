@@ -103,6 +103,12 @@ const Call* call_of(const std::vector<Call>& calls, int slot) {
     return nullptr;
 }
 
+/// The linear form of an atom slot, from those of all; empty for a result of a call, a position and the time.
+inline const LinearForm& form_of(const std::vector<LinearForm>& atoms, int slot) {
+    static const LinearForm none;
+    return slot < first_atom ? none : atoms[static_cast<std::size_t>(slot - first_atom)];
+}
+
 /// Operations on components in one graph.  Throws an input Error at graph.where as GraphBuilder does, for coefficients
 /// that are not finite, and for derivatives of an order above max_order.
 class Algebra {
@@ -134,13 +140,15 @@ public:
     int slope(int node, const std::function<int(int slot)>& slope_of_slot) {
         return total_slope(graph, calls_, node, slope_of_slot);
     }
+    int slope_by(int node, int slot) {
+        return slope(node, [&](int other) { return graph.number(other == slot ? 1.0 : 0.0); });
+    }
     /// The slots of positions and linear forms that a node depends on, also through calls.
     std::set<int> slots_read(int node) const;
     /// The slope of a function at points in the direction x or y.
     int total_derivative(int node, const Order& direction);
 
-    /// The linear form of an atom slot; empty for a result of a call.
-    const LinearForm& form_of(int slot) const { return atoms_[static_cast<std::size_t>(slot - first_atom)]; }
+    const LinearForm& form_of(int slot) const { return model::form_of(atoms_, slot); }
     int slots() const { return first_atom + static_cast<int>(atoms_.size()); }
 
     GraphBuilder graph;

@@ -190,11 +190,9 @@ private:
                 couples_points =
                     couples_points || (is_own(derivative) && derivative != Derivative{first + static_cast<int>(k), {}});
             for (const auto& [order, node] : total[k].rest)
-                for (const int slot : algebra_.slots_read(node)) {
-                    if (slot < first_atom) continue;
-                    const LinearForm& form = algebra_.form_of(slot);
-                    if (std::ranges::any_of(form, [&](const auto& entry) { return is_own(entry.first); })) return false;
-                }
+                for (const int slot : algebra_.slots_read(node))
+                    if (std::ranges::any_of(algebra_.form_of(slot), [&](const auto& e) { return is_own(e.first); }))
+                        return false;
         }
         return couples_points;
     }
@@ -378,8 +376,7 @@ private:
     Expression slope_of(int node, const Expression& value, int slot, const SourceLocation& where) {
         if (algebra_.calls().empty()) return derivative(value, slot, where);
         algebra_.graph.where = where;
-        return algebra_.graph.expression(
-            algebra_.slope(node, [&](int other) { return algebra_.graph.number(other == slot ? 1.0 : 0.0); }));
+        return algebra_.graph.expression(algebra_.slope_by(node, slot));
     }
 
     Term term_of(const TermSummary& summary, const std::vector<Component>& rates) {

@@ -126,6 +126,7 @@ struct CompiledEquations {
     /// Throws an input Error unless they act alike in all directions, and do not distinguish left and right.
     void check_noise() const;
     int slots() const { return first_atom + static_cast<int>(atoms.size()); }
+    const LinearForm& form_of(int slot) const { return model::form_of(atoms, slot); }
     /// Completes the summary of a term by what its rows are.
     void summarise(Term& term) const;
     [[noreturn]] void reject_cycle(std::size_t field) const;
@@ -185,8 +186,10 @@ struct CompiledEquations {
     /// A row of symbols: what a linear form is of the deviations at q.
     void add_form(const LinearForm& form, const Order& order, std::complex<double> factor,
                   const numerics::Wavevector& q, int row, Symbol& m) const;
-    /// The symbol of linear forms.
-    Symbol form_symbol(const std::vector<LinearForm>& rows, const numerics::Wavevector& q) const;
+    /// The symbol of linear forms; columns: their components, where these are not those of the fields alone.
+    Symbol form_symbol(const std::vector<LinearForm>& rows, const numerics::Wavevector& q, int columns = 0) const;
+    /// The sizes of their coefficients, of all components of the fields and the noises.
+    Eigen::MatrixXd sizes_of(const std::vector<LinearForm>& rows) const;
     /// Eliminates the fields in balance; returns also what they are of the others.
     Symbol eliminated(const Symbol& m, Symbol* balance = nullptr) const;
     static Symbol eliminated(const Symbol& m, const std::vector<int>& held, const std::vector<int>& state,

@@ -131,7 +131,7 @@ bool CompiledEquations::reads_changing_mean() const {
         for (const int slot : slots_read(force.value)) {
             if (slot < first_atom || !constant_value(slope(force.value, slot))) continue;
             for (const RateFunction::Use& use : force.uses)
-                for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slot - first_atom)])
+                for (const auto& [derivative, coefficient] : form_of(slot))
                     if (use.order == Order{} && derivative.order == Order{} &&
                         !model.fields[field(derivative.component)].conserved)
                         return true;

@@ -55,7 +55,7 @@ VaryingMass::VaryingMass(const CompiledEquations& equations, const Mass& mass)
                 symbol);
         if (slot < first_atom) continue;
         atoms.push_back(slot);
-        for (const auto& [derivative, coefficient] : c.atoms[static_cast<std::size_t>(slot - first_atom)])
+        for (const auto& [derivative, coefficient] : c.form_of(slot))
             require(c.array_of[static_cast<std::size_t>(derivative.component)] >= 0, mass.where,
                     "the mass of {} depends on {}, which has no rate, and its energy is measured; expected a mass of "
                     "fields with a rate, or output.powers = false",
@@ -127,7 +127,7 @@ void EnergyMeter::Work::add(std::size_t field, double t, const Spectra& state, d
 }
 
 void EnergyMeter::Work::write_atom(int slot, const Spectra& state, std::span<Complex> to) const {
-    for (const auto& [derivative, coefficient] : c->atoms[static_cast<std::size_t>(slot - first_atom)]) {
+    for (const auto& [derivative, coefficient] : c->form_of(slot)) {
         const auto from = state[c->array_of[static_cast<std::size_t>(derivative.component)]];
         for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
             for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m)
@@ -137,7 +137,7 @@ void EnergyMeter::Work::write_atom(int slot, const Spectra& state, std::span<Com
 
 /// Integrated by parts: the adjoint of i q is - i q.
 void EnergyMeter::Work::add_slopes(int slot, std::span<const Complex> slope, Spectra& slopes) const {
-    for (const auto& [derivative, coefficient] : c->atoms[static_cast<std::size_t>(slot - first_atom)]) {
+    for (const auto& [derivative, coefficient] : c->form_of(slot)) {
         const auto to = slopes[c->array_of[static_cast<std::size_t>(derivative.component)]];
         for (std::size_t row = 0, m = 0; row < static_cast<std::size_t>(grid.ny); ++row)
             for (std::size_t column = 0; column < numerics::columns(grid); ++column, ++m)

@@ -43,10 +43,6 @@ void for_forms(const Algebra& algebra, int node, Body body) {
         if (slot >= first_atom) body(slot, algebra.form_of(slot));
 }
 
-int slope_by(Algebra& algebra, int node, int slot) {
-    return algebra.slope(node, [&](int other) { return algebra.graph.number(other == slot ? 1.0 : 0.0); });
-}
-
 /// A divergence of fields vanishes where they are uniform; a given source does not.
 bool has_uniform_value(const Algebra& algebra, int node) {
     const Expression source = algebra.graph.expression(node);
@@ -79,7 +75,7 @@ bool is_divergence(Algebra& algebra, const Component& source, const std::vector<
     };
     std::map<int, std::vector<int>> euler;  // of each component: summands
     for_forms(algebra, node, [&](int slot, const LinearForm form) {
-        const int slope = slope_by(algebra, node, slot);
+        const int slope = algebra.slope_by(node, slot);
         for (const auto& [derivative, coefficient] : form) {
             const double sign = (derivative.order.x + derivative.order.y) % 2 == 0 ? 1.0 : -1.0;
             Component part = algebra.scaled(algebra.of_node(slope), sign * coefficient);
@@ -201,7 +197,7 @@ Value solved_balance(Algebra& algebra, const Field& field, int first, const std:
             if (std::ranges::none_of(form, [&](const auto& entry) { return is_own(entry.first); })) return;
             if (form.size() != 1 || form.begin()->first != Derivative{first + static_cast<int>(k), {}})
                 reject("derivatives or other components of it");
-            slope = slope_by(algebra, rest, slot);
+            slope = algebra.slope_by(rest, slot);
             if (algebra.slots_read(slope).count(slot) > 0) reject("is not linear in it");
             without = bind(without, slot, 0.0, field.equation.where);
         });

@@ -123,10 +123,18 @@ void CompiledEquations::add_form(const LinearForm& form, const Order& order, std
         m(row, derivative.component) += factor * coefficient * factor_of(derivative.order + order, q);
 }
 
-Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
-    Symbol m = Symbol::Zero(components, components);
+Symbol CompiledEquations::form_symbol(const std::vector<LinearForm>& rows, const Wavevector& q, int columns) const {
+    Symbol m = Symbol::Zero(components, std::max(columns, components));
     for (int row = 0; row < components; ++row) add_form(rows[static_cast<std::size_t>(row)], {}, 1.0, q, row, m);
     return m;
+}
+
+Eigen::MatrixXd CompiledEquations::sizes_of(const std::vector<LinearForm>& rows) const {
+    Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, components + noise_components);
+    for (int row = 0; row < components; ++row)
+        for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
+            sizes(row, derivative.component) += std::abs(coefficient);
+    return sizes;
 }
 
 Eigen::VectorXd Equations::uniform_rates(const UniformState& given, const std::vector<double>& factors) const {
@@ -222,7 +230,7 @@ void CompiledEquations::visit_slopes(
             for (const PointFunction::Slope& slope : function.slopes) {
                 const double value = slope_at(slope.value, slots);
                 require_slope(std::isfinite(value));
-                for (const auto& [derivative, coefficient] : atoms[static_cast<std::size_t>(slope.slot - first_atom)])
+                for (const auto& [derivative, coefficient] : form_of(slope.slot))
                     visit(row, {derivative.component, derivative.order + function.order}, value * coefficient);
             }
         }
@@ -365,12 +373,8 @@ bool CompiledEquations::commutes_with_turns(const std::vector<LinearForm>& rows)
     const auto parts = by_order(rows);
     return std::ranges::all_of(parts, [this](const auto& one) {
         const std::vector<LinearForm>& part = one.second;
-        Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, components);
-        for (int row = 0; row < components; ++row)
-            for (const auto& [derivative, coefficient] : part[static_cast<std::size_t>(row)])
-                sizes(row, derivative.component) += std::abs(coefficient);
-        return is_same_in_all_directions([&](const Wavevector& q) { return form_symbol(part, q); }, over_fields(sizes),
-                                         !model.chiral);
+        return is_same_in_all_directions([&](const Wavevector& q) { return form_symbol(part, q); },
+                                         over_fields(sizes_of(part)), !model.chiral);
     });
 }
 

@@ -190,8 +190,7 @@ double Equations::explicit_rate(const numerics::Grid& grid, double t) const {
             Symbol m = Symbol::Zero(c.components, c.components);
             for (std::size_t n = 0; n < slopes.size(); ++n)
                 for (const RateFunction::Use& use : slopes[n].output->uses)
-                    c.add_form(c.atoms[static_cast<std::size_t>(slopes[n].slot - first_atom)], use.order,
-                               use.factor * at_position[n], q, use.component, m);
+                    c.add_form(c.form_of(slopes[n].slot), use.order, use.factor * at_position[n], q, use.component, m);
             const Symbol rest = wave.rest(m);
             // No eigenvalue is above the norm.
             if (rest.norm() > largest)

@@ -27,12 +27,10 @@ void NoiseDrift::add(const Summand& summand, double mass) {
         Component rate = summand.value.components[k];
         if (k < summand.noise.size()) rate.linear = summand.noise[k];
         for (const auto& [order, node] : rate.rest)
-            for (const int slot : algebra_.slots_read(node)) {
-                if (slot < first_atom) continue;
+            for (const int slot : algebra_.slots_read(node))
                 for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
                     check(derivative.component >= c_.components || !c_.in_balance(derivative.component),
                           "depends on a field in balance", "functions of fields with a rate");
-            }
         Component& total = rates_[c_.first_component[index] + static_cast<int>(k)];
         total = algebra_.sum(total, rate, summand.is_acceleration ? 1.0 : 1.0 / mass);
     }
@@ -56,7 +54,7 @@ double NoiseDrift::covariance(const LinearForm& f, const LinearForm& g) const {
 
 /// What a linear form of fields changes by along the noise.
 int NoiseDrift::change_of(int slot) {
-    const LinearForm form = slot < first_atom ? LinearForm{} : algebra_.form_of(slot);
+    const LinearForm form = algebra_.form_of(slot);
     Component change;
     for (const auto& [derivative, coefficient] : form)
         if (const auto rate = rates_.find(derivative.component); rate != rates_.end())
@@ -72,7 +70,7 @@ int NoiseDrift::mean_of(int square) {
     };
     std::vector<int> noises;
     for (const int slot : algebra_.slots_read(square))
-        if (slot >= first_atom && is_noise(algebra_.form_of(slot))) noises.push_back(slot);
+        if (is_noise(algebra_.form_of(slot))) noises.push_back(slot);
     int mean = algebra_.graph.number(0.0);
     for (const int one : noises)
         for (const int other : noises) {

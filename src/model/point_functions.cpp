@@ -93,7 +93,7 @@ double drag_of(const CompiledEquations& c, std::size_t field, double mass, const
         for (const auto& [derivative, coefficient] : term.rows[0].linear) add(derivative, coefficient);
         for (const PointFunction& function : term.rows[0].functions)
             for (const PointFunction::Slope& by : function.slopes)
-                for (const auto& [derivative, coefficient] : c.atoms[static_cast<std::size_t>(by.slot - first_atom)])
+                for (const auto& [derivative, coefficient] : c.form_of(by.slot))
                     if (function.order == Order{}) add(derivative, evaluate(by.value, slots) * coefficient);
     }
     return std::max(0.0, -slope * mass);
@@ -133,12 +133,9 @@ TransformPlan transform_plan(const CompiledEquations& c) {
     std::vector<int> atoms;
     for (const int slot : slots)
         if (slot >= first_atom) atoms.push_back(slot);
-    const auto form_of = [&](int slot) -> const LinearForm& {
-        return c.atoms[static_cast<std::size_t>(slot - first_atom)];
-    };
     std::ranges::stable_sort(atoms, [&](int a, int b) {
         const auto key = [&](int slot) {
-            return is_plain(form_of(slot)) ? form_of(slot).begin()->first.component : c.components;
+            return is_plain(c.form_of(slot)) ? c.form_of(slot).begin()->first.component : c.components;
         };
         return key(a) < key(b);
     });
@@ -147,7 +144,7 @@ TransformPlan transform_plan(const CompiledEquations& c) {
     for (const int slot : {slot_x, slot_y, slot_t}) by.emplace(slot, slot_expression(slot));
     for (const int slot : atoms) {
         Expression sum(0.0);
-        for (const auto& [member, coefficient] : basis.coefficients(form_of(slot)))
+        for (const auto& [member, coefficient] : basis.coefficients(c.form_of(slot)))
             sum = sum + Expression(coefficient) * slot_expression(first_atom + static_cast<int>(member));
         by.emplace(slot, sum);
     }

@@ -123,7 +123,7 @@ namespace {
 bool vanishes(const CompiledEquations& c, Expression value) try {
     for (const int slot : slots_of(value)) {
         if (slot < first_atom || c.call_at(slot) != nullptr) continue;
-        const LinearForm& form = c.atoms[static_cast<std::size_t>(slot - first_atom)];
+        const LinearForm& form = c.form_of(slot);
         if (std::ranges::none_of(form, [](const auto& e) { return e.first.order == Order{}; }))
             value = bind(value, slot, 0.0);
     }
@@ -239,7 +239,7 @@ private:
         for (const auto& [slot, slope] : function.slopes) {
             const double value = c_.slope_at(slope, slots_);
             if (value == 0.0 || !std::isfinite(value)) continue;
-            for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)])
+            for (const auto& [derivative, coefficient] : c_.form_of(slot))
                 linear[{derivative.component, derivative.order + function.order}] += value * coefficient;
             const int part = graph_.make(Operation::multiply, graph_.number(value), graph_.slot(slot));
             node = graph_.make(Operation::subtract, node, part);
@@ -281,17 +281,15 @@ private:
         for (const LinearForm& row : c_.linear) check(row);
         for (const std::vector<RateFunction>* outputs : {&c_.outputs, &c_.forces})
             for (const RateFunction& output : *outputs)
-                for (const int slot : c_.slots_read(output.value))
-                    if (slot >= first_atom) check(c_.atoms[static_cast<std::size_t>(slot - first_atom)]);
+                for (const int slot : c_.slots_read(output.value)) check(c_.form_of(slot));
         check_forces();
     }
 
     /// The products in a balance that is solved wave by wave are known before the fields of all such balances are.
     void check_forces() const {
         for (const RateFunction& force : c_.forces)
-            for (const int slot : c_.slots_read(force.value)) {
-                if (slot < first_atom) continue;
-                for (const auto& [derivative, coefficient] : c_.atoms[static_cast<std::size_t>(slot - first_atom)]) {
+            for (const int slot : c_.slots_read(force.value))
+                for (const auto& [derivative, coefficient] : c_.form_of(slot)) {
                     const Field& read = c_.model.fields[c_.field(derivative.component)];
                     const Field& held = c_.model.fields[c_.field(force.uses[0].component)];
                     require(!c_.in_balance(derivative.component), held.equation.where,
@@ -299,7 +297,6 @@ private:
                             "wave; expected products of fields with a rate",
                             held.symbol, read.symbol);
                 }
-            }
     }
 
     /// The balances must determine their fields at every q.
@@ -343,8 +340,7 @@ void CompiledEquations::summarise(Term& term) const {
             const PointDegree found = degree_of(function.value);
             summary.degree = std::max(summary.degree, found.degree);
             summary.has_finite_degree = summary.has_finite_degree && found.is_finite;
-            for (const int slot : slots_read(function.value))
-                if (slot >= first_atom) add(atoms[static_cast<std::size_t>(slot - first_atom)]);
+            for (const int slot : slots_read(function.value)) add(form_of(slot));
         }
     }
     summary.reads.assign(reads.begin(), reads.end());

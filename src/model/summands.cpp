@@ -153,12 +153,7 @@ Summand SummandReader::summand(std::size_t index, const FormulaText& text, Formu
 // ---- white noise
 
 bool SummandReader::reads_noise(int node) const {
-    for (const int slot : algebra_.slots_read(node)) {
-        if (slot < first_atom) continue;
-        for (const auto& [derivative, coefficient] : algebra_.form_of(slot))
-            if (is_noise(derivative)) return true;
-    }
-    return false;
+    return std::ranges::any_of(algebra_.slots_read(node), [&](int slot) { return has_noise(algebra_.form_of(slot)); });
 }
 
 /// Finds the white noises of a summand; where they have constant coefficients they leave its value.
@@ -173,8 +168,7 @@ void SummandReader::find_noise(Summand& summand) const {
         add(rate.linear);
         for (const auto& [order, node] : rate.rest) {
             summand.multiplies_noise = summand.multiplies_noise || reads_noise(node);
-            for (const int slot : algebra_.slots_read(node))
-                if (slot >= first_atom) add(algebra_.form_of(slot));
+            for (const int slot : algebra_.slots_read(node)) add(algebra_.form_of(slot));
         }
     }
     const Field& field = model_.fields[summand.summary.field];
@@ -214,10 +208,8 @@ void SummandReader::check_product(const Summand& summand) const {
             Expression without = value;
             std::set<int> slots;
             for (const int slot : slots_of(value)) {
-                if (slot < first_atom) continue;
                 const LinearForm& form = algebra_.form_of(slot);
-                const bool any = std::ranges::any_of(form, [this](const auto& e) { return is_noise(e.first); });
-                if (!any) continue;
+                if (!has_noise(form)) continue;
                 const bool all = std::ranges::all_of(form, [this](const auto& e) { return is_noise(e.first); });
                 check(all, "adds noise to fields in a factor", once);
                 slots.insert(slot);
@@ -233,7 +225,7 @@ void SummandReader::check_product(const Summand& summand) const {
 
 void SummandReader::check_mass(const Field& field, const Value& mass) const {
     for (const Component& part : mass.components) {
-        bool any = std::ranges::any_of(part.linear, [this](const auto& e) { return is_noise(e.first); });
+        bool any = has_noise(part.linear);
         for (const auto& [order, node] : part.rest) any = any || reads_noise(node);
         require(!any, field.mass.where, "the mass of {} has noise; expected a function of the fields", field.symbol);
     }

@@ -1,5 +1,6 @@
 // model/summands.hpp: the summands of the equations of a model, as values of the algebra, and what is checked of them.
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <set>
@@ -52,6 +53,9 @@ private:
     void check_product(const Summand& summand) const;
     bool reads_noise(int node) const;
     bool is_noise(const Derivative& derivative) const { return derivative.component >= components_; }
+    bool has_noise(const LinearForm& form) const {
+        return std::ranges::any_of(form, [this](const auto& entry) { return is_noise(entry.first); });
+    }
 
     const Model& model_;
     Lowering& lowering_;

@@ -1,6 +1,5 @@
 // model/white_noise.cpp: the noise of equations: of each field alone, and of the white noises that they name.
 #include <algorithm>
-#include <cmath>
 
 #include "drover/model/equations.hpp"
 #include "model/compiled.hpp"
@@ -26,11 +25,7 @@ int CompiledEquations::first_of_noise(std::size_t noise) const {
 }
 
 Symbol CompiledEquations::noise_symbol(const std::vector<LinearForm>& rows, const Wavevector& q) const {
-    Symbol result = Symbol::Zero(components, noise_components);
-    for (int row = 0; row < components; ++row)
-        for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
-            result(row, derivative.component - components) += coefficient * factor_of(derivative.order, q);
-    return result;
+    return form_symbol(rows, q, components + noise_components).rightCols(noise_components);
 }
 
 Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wavevector& q) const {
@@ -61,7 +56,7 @@ Symbol CompiledEquations::product_symbol(const UniformState& uniform, const Wave
                 add(k, term.rows[k].linear, {}, 1.0);
                 for (const PointFunction& function : term.rows[k].functions)
                     for (const PointFunction::Slope& slope : function.slopes) {
-                        const LinearForm& form = driven.atoms[static_cast<std::size_t>(slope.slot - first_atom)];
+                        const LinearForm& form = driven.form_of(slope.slot);
                         if (std::ranges::any_of(form, [&](const auto& e) { return e.first.component >= components; }))
                             add(k, form, function.order, driven.limit_at(slope.value, slots));
                     }
@@ -98,13 +93,6 @@ void CompiledEquations::check_noise() const {
     const auto sum_over = [&](int order, const auto& product) {  // of all pairs of parts that make this order
         for (const auto& [of_one, rows] : parts)
             if (const auto other = parts.find(order - of_one); other != parts.end()) product(rows, other->second);
-    };
-    const auto sizes_of = [this](const std::vector<LinearForm>& rows) {
-        Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(components, noise_components);
-        for (int row = 0; row < components; ++row)
-            for (const auto& [derivative, coefficient] : rows[static_cast<std::size_t>(row)])
-                sizes(row, derivative.component - components) += std::abs(coefficient);
-        return sizes;
     };
     for (int order = 0; order <= 2 * parts.rbegin()->first; ++order) {
         const auto strengths = [&](const Wavevector& q) {

@@ -17,7 +17,8 @@ measure::SummaryRow row_of(const std::string& name, double mean, Nature nature) 
 TEST(ReportText, shows_as_zero_what_is_rounding_of_its_field_and_keeps_ratios) {
     run::Report report;
     report.scene.kind = io::SceneKind::model;
-    report.setting.fields = {{.name = "phi", .symbol = "phi", .unit = "1", .short_name = "phi"}};
+    measure::MeasuredField& phi = report.setting.fields.emplace_back();
+    phi.name = phi.symbol = phi.short_name = "phi";
     report.summary.rows = {row_of("max_phi", 1.0, Nature::number),       row_of("mean_phi", 1e-15, Nature::number),
                            row_of("skewness_phi", 2e-15, Nature::ratio), row_of("variance_phi", 3e-23, Nature::square),
                            row_of("energy_flow", 1e3, Nature::energy),   row_of("energy_other", 1e-10, Nature::energy)};

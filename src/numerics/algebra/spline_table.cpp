@@ -94,26 +94,19 @@ SplineTable::SplineTable(std::vector<double> first, std::vector<double> second, 
     for (const double error : errors_)
         require(error >= 0.0 && std::isfinite(error), {}, "a table contains the error {}; expected finite numbers >= 0",
                 error);
-    nodes_.resize(values.size());
-    const auto along_second = [&](std::size_t i, auto get, auto set) {
+    nodes_ = mapped(values, [](double value) { return Node{.value = value}; });
+    /// Along an axis: of the nodes from `begin`, `stride` apart.
+    const auto set_slopes = [&](const std::vector<double>& axis, std::size_t begin, std::size_t stride,
+                                double Node::*value, double Node::*slope) {
         std::vector<double> y;
-        for (std::size_t k = 0; k < width; ++k) y.push_back(get(i * width + k));
-        const std::vector<double> slopes = node_slopes(second_, y);
-        for (std::size_t k = 0; k < width; ++k) set(nodes_[i * width + k], slopes[k]);
+        for (std::size_t k = 0; k < axis.size(); ++k) y.push_back(nodes_[begin + k * stride].*value);
+        const std::vector<double> slopes = node_slopes(axis, y);
+        for (std::size_t k = 0; k < axis.size(); ++k) nodes_[begin + k * stride].*slope = slopes[k];
     };
-    for (std::size_t k = 0; k < width; ++k) {
-        std::vector<double> y;
-        for (std::size_t i = 0; i < rows; ++i) y.push_back(values[i * width + k]);
-        const std::vector<double> slopes = node_slopes(first_, y);
-        for (std::size_t i = 0; i < rows; ++i) nodes_[i * width + k] = {.value = y[i], .by_first = slopes[i]};
-    }
+    for (std::size_t k = 0; k < width; ++k) set_slopes(first_, k, width, &Node::value, &Node::by_first);
     for (std::size_t i = 0; i < rows; ++i) {
-        along_second(
-            i, [&](std::size_t n) { return nodes_[n].value; },
-            [](Node& node, double slope) { node.by_second = slope; });
-        along_second(
-            i, [&](std::size_t n) { return nodes_[n].by_first; },
-            [](Node& node, double slope) { node.by_both = slope; });
+        set_slopes(second_, i * width, 1, &Node::value, &Node::by_second);
+        set_slopes(second_, i * width, 1, &Node::by_first, &Node::by_both);
     }
 }
 

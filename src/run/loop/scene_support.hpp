@@ -38,13 +38,14 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, c
                                     std::vector<files::Quantity> quantities,
                                     std::function<std::vector<std::vector<double>>()> measure);
 
-/// The first `samples` samples of the observables that such a recording holds.
+/// The first `samples` samples of the observables that such a recording holds: those of earlier versions have fewer.
 template <class Moment>
 std::vector<measure::RecordedSeries> read_series(const files::ArchiveReader& archive, const std::string& group,
                                                  const measure::Observables<Moment>& rows, std::size_t samples) {
     std::vector<measure::RecordedSeries> series;
     for (const auto& row : rows) {
         const std::string path = group + "/" + row.name;
+        if (!archive.has(path)) continue;
         series.push_back(measure::recorded_series(row, archive.read(path).values));
         require(series.back().values.size() >= samples * measure::size_of(row.axes), {},
                 "{} has {} numbers; expected at least {}, for {} samples: the archive is damaged", path,

@@ -404,15 +404,12 @@ std::unique_ptr<Simulation> make_particle_simulation(const io::Scene& scene, Thr
 }
 
 Report make_particle_report(const files::ArchiveReader& archive, const io::Scene& scene, Theory) {
-    const dem::Bodies bodies = dem::make_bodies(scene.particles, static_cast<std::uint64_t>(scene.run.seed));
+    const dem::Bodies bodies = bodies_of(scene);
     const measure::ParticleSetting setting = measure::make_particle_setting(scene.particles, bodies);
     const Sampling sampling = sampling_of(archive, scene, io::series_group);
-    auto rows = measure::particle_observables(setting);
-    std::erase_if(rows, [&](const auto& row) {  // archives of earlier versions have fewer
-        return !archive.has(std::string(io::series_group) + "/" + row.name);
-    });
     measure::Recorded recorded =
-        measure::particle_recording(setting, read_series(archive, io::series_group, rows, sampling.samples));
+        measure::particle_recording(setting, read_series(archive, io::series_group,
+                                                         measure::particle_observables(setting), sampling.samples));
     Report report = summary_report(scene, sampling, recorded);
     doubt_constant_means(recorded, report.summary);
     report.warnings = particle_warnings(scene);

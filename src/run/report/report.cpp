@@ -67,7 +67,6 @@ std::vector<bool> shells_with_errors(const measure::FieldSetting& setting, doubl
     return mapped(missing, [](std::int64_t modes) { return modes == 0; });
 }
 
-/// The observables that the archive has: those of earlier versions have fewer.
 ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene& scene, const model::Integrated& what,
                            const Sampling& sampling) {
     const model::Equations& equations = what.equations;
@@ -87,10 +86,9 @@ ArchivedFields measured_in(const files::ArchiveReader& archive, const io::Scene&
         if (!field.counted.empty()) result.biased.densities.push_back(field.counted);
     if (scene.output.powers) setting.terms = names_of_terms(scene, equations);
     setting.watches_error = true;
-    auto rows = measure::field_observables(setting);
-    std::erase_if(rows, is_absent);
     result.recorded =
-        measure::field_recording(setting, read_series(archive, field_samples_group, rows, sampling.samples));
+        measure::field_recording(setting, read_series(archive, field_samples_group, measure::field_observables(setting),
+                                                      sampling.samples));
     result.predicted = predicted_rows(equations.model(), setting);
     return result;
 }
@@ -120,10 +118,7 @@ void predict_boxes(const std::string& what, std::vector<double> powers, Report& 
 
 void predict(const model::Equations& equations, const ArchivedFields& measured, Report& report) {
     Threads threads(choose_threads(report.scene));
-    const auto series = [&](const std::string& name) {
-        const measure::RecordedSeries* row = measure::find_row(measured.recorded.series, name);
-        return row == nullptr ? std::vector<double>() : row->values;
-    };
+    const auto series = [&](const std::string& name) { return measure::values_of(measured.recorded.series, name); };
     const auto pairs = mapped(measured.predicted, [](const PredictedRow& row) { return PartPair(row.one, row.other); });
     FieldPrediction predicted =
         predicted_fields(report.scene, equations, sampled_means(equations, series, report.summary.warm_up), pairs,

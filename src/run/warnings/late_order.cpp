@@ -84,18 +84,17 @@ struct Ordering {
     std::vector<int> components;        ///< of the state
 };
 
-std::vector<Ordering> orderings_of(const model::Equations& equations, const measure::FieldSetting& setting) {
+std::vector<Ordering> orderings_of(const measure::FieldSetting& setting) {
     std::vector<Ordering> all;
     for (const measure::MeasuredField& field : setting.fields) {
         if (field.first >= setting.of_state) continue;
-        const model::Field& declared = equations.model().fields[field.field];
-        if (declared.part == model::Part::imaginary && !all.empty() && all.back().name + "_im" == field.name) {
+        if (field.part == model::Part::imaginary && !all.empty() && all.back().name + "_im" == field.name) {
             all.back().measured.push_back(field.name);
             all.back().components.push_back(field.first);
         } else if (field.spin > 0) {
             all.push_back({field.name, {field.name}, {field.first, field.first + 1}});
-        } else if (declared.reference == 0.0 && declared.part != model::Part::imaginary) {
-            const bool is_real_part = declared.part == model::Part::real;
+        } else if (field.reference == 0.0 && field.part != model::Part::imaginary) {
+            const bool is_real_part = field.part == model::Part::real;
             all.push_back(
                 {field.name.substr(0, field.name.size() - (is_real_part ? 3 : 0)), {field.name}, {field.first}});
         }
@@ -163,7 +162,7 @@ void add_late_order(const files::ArchiveReader& archive, const io::Scene& scene,
     const numerics::Grid grid{std::min(scene.grid.nx, 8), std::min(scene.grid.ny, 8), scene.grid.lx, scene.grid.ly};
     const double end = scene.time.end;
     std::vector<Ordering> orderings =
-        orderings_of(what.equations, measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
+        orderings_of(measure::make_field_setting(what.equations, scene.grid, what.kept_degree));
     if (orderings.empty()) return;
     UniformOrder all(what, grid, components_of(orderings));
     orderings = without_sources(orderings, all, end);

@@ -9,12 +9,6 @@
 namespace drover::run {
 
 namespace {
-/// The values of a scalar observable; empty if it was not recorded.
-std::vector<double> values_of(const std::vector<measure::RecordedSeries>& series, const std::string& name) {
-    const measure::RecordedSeries* row = find_row(series, name);
-    return row ? row->values : std::vector<double>();
-}
-
 /// Adds a warning that `what` stopped if the observable is below `threshold` from some sample to the last of at least
 /// two.
 void add_stopped(const std::string& observable, const std::string& what,

@@ -236,14 +236,6 @@ void add_not_finite(const files::ArchiveReader& archive, const io::Scene& scene,
              joined(names), scene.time.dt));
 }
 
-double kept_modes(const numerics::Grid& grid, int degree) {
-    double count = 0.0;
-    for (std::size_t row = 0; row < static_cast<std::size_t>(grid.ny); ++row)
-        for (std::size_t column = 0; column < numerics::columns(grid); ++column)
-            if (numerics::is_kept(grid, degree, column, row)) count += numerics::mode_weight(grid, column);
-    return count;
-}
-
 /// Whether the noise of a density depends on it.
 bool multiplies_itself(const model::Equations& equations, int component) {
     if (equations.placed_noise() != nullptr) return false;  // not known without a uniform state
@@ -276,8 +268,8 @@ void add_few_particles(const files::ArchiveReader& archive, const io::Scene& sce
                                   means = series_of(archive, "mean_" + field.name);
         if (samples == 0 || powers.size() < samples || means.size() != samples) continue;
         const double mean = late_mean(means, samples, 0), shortest = late_mean(powers, samples, powers.size());
-        const double particles =
-            mean * mean * numerics::area(scene.grid) / (shortest * kept_modes(scene.grid, what.kept_degree));
+        const double modes_per_area = model::noise_moment(scene.grid, what.kept_degree, 0, 0);
+        const double particles = mean * mean / (shortest * modes_per_area);
         if (!(particles < fewest)) continue;
         const std::vector<double> minima = series_of(archive, "min_" + field.name);
         const auto below = std::ranges::count_if(minima, [](double value) { return value < 0.0; });
