@@ -323,7 +323,7 @@ class Scene:
         if wave != "x":
             raise Error(f'wave = "{wave}"; expected "x", along which the state varies and travels')
         if not isinstance(follow, str):
-            raise Error(f'follow = {follow!r}; expected a key and its last value, "relaxation.rate = 1.2"')
+            raise Error(f'follow = {follow!r}; expected a key and its last value, "section.key = 1.2"')
         return computed(_drover.states, self, output, overwrite, threads=threads, speed=speed, settle=settle,
                         follow=follow, points=points)
 
@@ -358,7 +358,7 @@ def range_text(axis):
     if isinstance(axis, str):
         return axis
     if not isinstance(axis, (list, tuple)) or len(axis) != 3:
-        raise Error(f'the axis {axis!r}; expected a key with its first and last value, ("driving.strength", 5, 60)')
+        raise Error(f'the axis {axis!r}; expected a key with its first and last value, ("section.key", 5, 60)')
     key, first, last = axis
     return f"{key} = {value_text(first)}:{value_text(last)}"
 
