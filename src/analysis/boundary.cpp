@@ -11,6 +11,7 @@
 #include "analysis/states.hpp"
 #include "base/constants.hpp"
 #include "base/log.hpp"
+#include "model/start.hpp"
 #include "run/fields/scene_equations.hpp"
 #include "run/fields/travelling_start.hpp"
 #include "run/loop/progress.hpp"
@@ -277,10 +278,55 @@ theory::BoundaryLine line_in(const numerics::Rectangle& plane, const std::vector
     return line;
 }
 
+/// Where to go from a value: to both ends of an axis or, from a value outside it, to the farther one.
+std::vector<double> ends_from(double value, const PlaneAxis& axis) {
+    const double from = axis.from - value, to = axis.to - value;
+    if (from * to <= 0.0) return {axis.from, axis.to};
+    return {std::abs(from) > std::abs(to) ? axis.from : axis.to};
+}
+
 struct BinodalLines {
     theory::Boundary boundary;
-    std::vector<std::string> ends;  ///< why lines end within the plane, and whether the grid resolves them
+    std::vector<std::string> notes;  ///< where lines end within the plane, and what they are not
 };
+
+/// Of phases that differ in a conserved scalar that is no axis: they coexist at the ends of one tie line, whose place
+/// depends on the cell, and a uniform state beside the line may separate at other densities.
+std::vector<std::string> tie_line_notes(const theory::Binodal& binodal, const BinodalAxes& axes,
+                                        const model::Equations& equations) {
+    constexpr double same = 1e-3;      // of the larger value: beyond what plateaus of finite length differ by
+    constexpr double rounding = 1e-9;  // of the range of the density: what the solver leaves of a field that is 0
+    std::vector<std::string> notes;
+    const std::vector<model::StateComponent> components = model::components_of_state(equations);
+    for (int c = 0; c < static_cast<int>(components.size()); ++c) {
+        const auto at = static_cast<std::size_t>(c);
+        const model::Field& field = equations.model().fields[components[at].field];
+        if (field.spin != 0 || !field.conserved || c == axes.component || c == axes.other_component) continue;
+        const auto differs = std::ranges::find_if(binodal.points, [at](const theory::Coexistence& one) {
+            const double larger = std::max(std::abs(one.in_high[at]), std::abs(one.in_low[at]));
+            return std::abs(one.in_high[at] - one.in_low[at]) > same * larger + rounding * (one.high - one.low);
+        });
+        if (differs == binodal.points.end()) continue;
+        notes.push_back(text(
+            "{0} differs between the phases ({1:.4g} and {2:.4g} at {3} = {4:.6g}): these are the phases of one tie "
+            "line, which depends on the cell, and not all densities between them separate; for the edges of "
+            "coexistence take uniform.{0} as the other axis",
+            field.name, differs->in_low[at], differs->in_high[at], axes.other.name, differs->parameter));
+    }
+    return notes;
+}
+
+/// Of branches over two densities, which end where the mean of the other density reaches the end of the plane.
+void note_short_branches(const Branches& branches, const BinodalAxes& axes, std::vector<std::string>& notes) {
+    if (axes.other_component < 0) return;
+    const double from = std::min(axes.other.from, axes.other.to), to = std::max(axes.other.from, axes.other.to);
+    for (const auto* points : {&branches.low, &branches.high})
+        if (const double end = points->back().y; end > from && end < to)
+            notes.push_back(text(
+                "the binodal of the phase of {} {} ends within the plane, at {} = {:.6g}: the mean of the cell is at "
+                "the end of the plane there; for the rest take a longer axis",
+                points == &branches.low ? "small" : "large", axes.density.name, axes.other.name, end));
+}
 
 /// The binodal of each phase: from the state of two phases next to the initial fields of the scene, along the other
 /// axis of the plane to both its ends.  convention: of lambda; "": none.  Throws a run Error where no such state is
@@ -290,6 +336,9 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
     io::Scene line = run::line_of(scene);
     if (!convention.empty()) set_convention(line.model, convention);
     const BinodalAxes axes = axes_of(run::equations_of(line), planned);
+    const run::TravellingGuess guess = run::travelling_guess(scene, line, threads);
+    if (axes.other_component >= 0)  // the parameter is the mean of the cell, which formulas may give
+        axes.other.set(line, guess.fields[axes.other_component][0].real() * axes.other.area);
     const model::Integrated here = run::integrated_of(line);
     const int degree = here.equations.linear_system(line.grid, here.kept_degree).degree;
     const theory::TravellingProblem problem{.at =
@@ -306,18 +355,21 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
                                                     return tail_of(state, grid, degree);
                                                 }};
     numerics::TravellingSolver solver(theory::travelling_family(problem, threads));
-    const numerics::TravellingState first = run::find_state(run::travelling_guess(scene, line, threads), solver);
+    const numerics::TravellingState first = run::find_state(guess, solver);
     Branches whole;
     BinodalLines found;
     double tail = 0.0;
-    for (const double last : {axes.other.from, axes.other.to}) {
+    for (const double last : ends_from(problem.parameter, axes.other)) {
         const theory::Binodal binodal =
             theory::trace_binodal(problem, first, axes.component, last, steps_along_plane, threads);
-        if (!binodal.ends.empty())
-            found.ends.push_back(text("the binodals end at {} = {:.6g}, before {:.6g}: {}", axes.other.name,
-                                      binodal.points.back().parameter, last, binodal.ends));
-        tail = std::max(tail, binodal.tail);
         const Branches part = branches_of(binodal, axes);
+        if (!binodal.ends.empty())
+            found.notes.push_back(text("the binodals end at {} = {:.6g}, before {:.6g}: {}", axes.other.name,
+                                       binodal.points.back().parameter, last, binodal.ends));
+        else note_short_branches(part, axes, found.notes);
+        for (std::string& note : tie_line_notes(binodal, axes, here.equations))
+            if (std::ranges::find(found.notes, note) == found.notes.end()) found.notes.push_back(std::move(note));
+        tail = std::max(tail, binodal.tail);
         const auto join = [&](std::vector<numerics::PlanePoint>& to, const std::vector<numerics::PlanePoint>& more) {
             std::ranges::reverse(to);
             to.insert(to.end(), more.begin() + (to.empty() ? 0 : 1), more.end());
@@ -326,7 +378,7 @@ BinodalLines trace_binodal_lines(const io::Scene& scene, const PlannedBoundary& 
         join(whole.high, part.high);
     }
     if (tail > theory::max_state_tail)
-        found.ends.push_back(
+        found.notes.push_back(
             text("the grid does not resolve all states of the binodals: up to {:.2g} of the variance of a "
                  "field is in the shortest waves of the grid; expected less than {:.0e}: choose "
                  "grid.nx = {}",
@@ -360,7 +412,9 @@ run::Result make_boundary(const io::Scene& scene, Threads& threads, const Bounda
                 if (work.lines_alone) continue;
                 const BinodalLines found = trace_binodal_lines(scene, planned, convention, threads);
                 traced.rows.push_back(traced_record(planned, described, found.boundary));
-                traced.rows.back().footer = found.ends;
+                traced.rows.back().entries.push_back(run::data_only(run::words("notes", "", found.notes)));
+                for (const std::string& note : found.notes) log_warning("binodals: {}", note);
+                complete = complete && found.notes.empty();
                 continue;
             }
             const theory::PlaneMargins margins =

@@ -340,7 +340,9 @@ run::Record plane_record(const PlannedBoundary& plane, bool complete, run::List 
                                                  "draws of all numbers with errors, from which the error bands follow",
                                                  plane.draws),
                                       {.text = plane.draws > 0}),
-                        run::data_only(run::flag("complete", "1: every line is refined to boundary.chord", complete))},
+                        run::data_only(run::flag(
+                            "complete", "1: every line is refined to boundary.chord, and no binodal has a note",
+                            complete))},
             .parts = {{"x", axis_record(plane.x)}, {"y", axis_record(plane.y)}},
             .lists = {std::move(traced)}};
 }

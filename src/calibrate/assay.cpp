@@ -108,8 +108,10 @@ void set_error_and_bias(measure::Estimate& estimate, const std::vector<std::vect
             sum += apart, squares += apart * apart, count += 1.0;
         }
     if (!std::isfinite(estimate.mean) || count < (1.0 - max_failing) * static_cast<double>(values.size())) {
-        estimate.why_no_error = text("no error estimate: {} of {} resamples of the {} trials give no value",
-                                     static_cast<double>(values.size()) - count, values.size(), estimate.samples);
+        estimate.why_no_error = text(
+            "no error estimate: {} of {} resamples of the {} trials give no value, where {:g} % may: take more trials, "
+            "or longer ones",
+            static_cast<double>(values.size()) - count, values.size(), estimate.samples, 100.0 * max_failing);
         return;
     }
     const double trials = static_cast<double>(estimate.samples);

@@ -9,6 +9,7 @@
 #include "io/export.hpp"
 #include "io/trajectory.hpp"
 #include "report/shown.hpp"
+#include "run/loop/scene_support.hpp"
 #include "run/simulation_type.hpp"
 
 namespace drover::report {
@@ -116,6 +117,7 @@ std::string archive_text(const std::filesystem::path& file, bool with_scene) {
     for (const auto& [name, value] : archive.attributes())
         if (name != "scene" && !(is_table && (name == "remarks" || name == "coefficients")))
             out += line(printable(name), std::visit([](const auto& held) { return text("{}", held); }, value));
+    if (run::is_unfinished(archive)) out += line("state", "not finished: the run has not reached its time.end");
     out += found.head;
     if (with_scene || !found.results.empty()) out += "\n";
     if (with_scene) out += archive.text_attribute("scene") + "\n";
@@ -177,6 +179,7 @@ nlohmann::json info_json(const std::filesystem::path& file) {
     nlohmann::json result = run::is_start(archive) ? nlohmann::json{{"results", nlohmann::json::object()}}
                                                    : json_of(run::make_report(archive));
     result["attributes"] = attributes_json(archive);
+    result["is_finished"] = !run::is_unfinished(archive);
     return result;
 }
 

@@ -308,6 +308,47 @@ def test_binodals_and_the_spinodal_of_cahn_and_hilliard_are_those_of_its_free_en
             assert (min(y for _, y in line), max(y for _, y in line)) == pytest.approx((0.8, 1.2), abs=1e-6)
 
 
+# F = f^4/4 - f^2/2 + f'^2/2 + (s - g f + e f^2)^2/2: f obeys the potential without s, but for c (e f^2 - g f) with the
+# potential c of s.  Phases are f = +-sqrt(1 - 2 e c), s = c + g f - e f^2.
+TWO_DENSITIES = """
+model = {name = "two densities"}
+field = [{symbol = "f", conserved = true}, {symbol = "s", conserved = true}]
+grid = {nx = 256, ny = 1, lx = 80.0, ly = 1.0}
+time = {dt = 0.05, end = 1.0}
+boundary = {lines = ["binodal"], map = 0}
+define = {c = "s - g f + e f^2"}
+equations = {f = "lap(f^3 - f - lap f + c (2 e f - g))", s = "lap c"}
+coefficients = {g = 0.5, e = 0.2}
+initial = {kind = "formula", f = "FRONTS", s = "0.5 + 0.5 * (FRONTS)", amplitude = 0.0}
+""".replace("FRONTS", "tanh((x - 20)/1.4) - tanh((x - 60)/1.4) - 1")
+
+
+def test_binodals_of_two_densities_are_edges_of_coexistence_in_their_plane_alone(tmp_path):
+    (tmp_path / "two.toml").write_text(TWO_DENSITIES)
+
+    def found(axis):
+        done = drover(tmp_path, "boundary", "two.toml", "--x", "uniform.f = -1.5:1.5", "--y", axis, "--json")
+        traced = json.loads(done.stdout)["traced"][0]
+        return [np.array([(point["x"], point["y"]) for point in line["points"]]) for line in traced["lines"]], (
+            traced["notes"]), done.stderr
+
+    # The cell has the mean s = 0.5 of its formula.
+    lines, notes, said = found("uniform.s = 0.2:0.8")
+    assert [np.sign(line[0, 0]) for line in lines] == [-1.0, 1.0]
+    for line in lines:
+        f, s = line.T
+        assert np.abs(f**2 - (1.0 - 0.4 * (s - 0.5 * f + 0.2 * f**2))).max() < 1e-6
+        assert len(f) > 10 and (np.diff(s) > 0.0).all()
+    # In the cell of means 0.2 and 0.8 both phases lie elsewhere.
+    assert len(notes) == 2 and all("ends within the plane" in note and note in said for note in notes)
+    # Over a coefficient they are the phases at one mean of s; from g = 0.5, outside of the plane, on one side.
+    lines, notes, said = found("g = 0.6:0.7")
+    for line in lines:
+        assert (np.diff(line[:, 1]) > 0.0).all() and np.ptp(line[:, 1]) > 0.09
+    assert len(notes) == 1 and "s differs between the phases" in notes[0] and "uniform.s" in notes[0]
+    assert notes[0] in said
+
+
 def test_binodals_on_a_grid_that_does_not_resolve_their_fronts_say_so(tmp_path):
     """Waves of fronts tanh(x/w), w = sqrt(2 kappa) = 0.77, decay as exp(-pi q w/2): of the shortest sixth of the waves
     of 512 points, from q = 9 on, the square is some 1e-9 of the whole, of 64 points, from q = 1.1 on, not below 1e-3.

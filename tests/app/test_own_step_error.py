@@ -243,3 +243,21 @@ w = "w + 3 u - (u^2 + w^2) w"
     estimate = errors(tmp_path / "cycle.h5")[1][-1]
     # Good to a factor of 3; the error of steps that follow a tolerance scatters by as much.
     assert 0.2 * error < estimate < 10.0 * error
+
+
+def test_a_field_that_noise_takes_through_zero_does_not_end_the_run(tmp_path):
+    """A uniform field in noise of D per area 4 changes by sqrt(0.2 D/4) = 0.36 in a step.  With these seeds it is as
+    small as the error of the first step after that step alone, which was taken for a step that is too long."""
+    (tmp_path / "s.toml").write_text("""
+field = [{symbol = "u", noise = 2.56}]
+equations = {u = "1 - u - u^3"}
+grid = {nx = 4, ny = 1, lx = 4.0, ly = 1.0}
+time = {dt = 0.2, end = 20.0, stepper = "etdrk2"}
+initial = {kind = "formula", u = "0.5"}
+output = {frame_every = 0.0, sample_every = 0.2}
+""")
+    for seed in (38, 40):
+        drover(tmp_path, "run", "s.toml", "-q", "-o", f"{seed}.h5", *settings([f"run.seed={seed}"]))
+        with h5py.File(tmp_path / f"{seed}.h5") as run:
+            first, second = np.abs(run["observables/mean_u"][:2])
+        assert second < 0.1 * first

@@ -89,6 +89,7 @@ struct FieldSize {
     double size = 0.0;     ///< root mean square now
     double largest = 0.0;  ///< the largest so far: a field that has all but vanished has no size of its own
     double start = 0.0;    ///< at the start of the run
+    double before = 0.0;   ///< before the step of the last local error; no checkpoint has it
     double local = 0.0, local_low = 0.0;   ///< the last local error, and its part on the coarse grid
     double low_sum = 0.0, high_sum = 0.0;  ///< of all steps so far: of that part, and of the other
     double short_waves = 0.0;              ///< root mean square beyond the coarse grid, lately

@@ -69,6 +69,7 @@ void StepError::start_local(const Spectra& before) {
         for (FieldSize& field : fields) field.start = field.size;
         sample(before, from);
     }
+    for (FieldSize& field : fields) field.before = field.size_of(before, fine);
     for (int c = 0; c < start.count(); ++c)
         for (const ModePair& pair : shared) start[c][pair.coarse] = before[c][pair.fine];
     if (waves.empty()) return;
@@ -170,7 +171,8 @@ bool StepError::follows_phases(std::int64_t more) const {
 StepError::Relative StepError::largest_local() const {
     Relative result{.error = 0.0, .field = fields.front().name};
     for (const FieldSize& field : fields)
-        if (const double relative = ratio(field.local, field.scale());
+        // A field that noise takes through 0 is small after one step or two.
+        if (const double relative = ratio(field.local, noisy ? std::max(field.scale(), field.before) : field.scale());
             !(relative <= result.error) && has_size(field, first_local_steps))
             result = {relative, field.name};
     return result;

@@ -230,6 +230,7 @@ std::vector<double> cell_corners(int count, double side) {
 numerics::Fields frame_of_file(const io::Scene& scene, const std::vector<files::Quantity>& fields, int degree) {
     const files::ArchiveReader archive = named_archive(scene, "initial.file", scene.initial.file);
     numerics::Fields frame = frame_of(archive, scene, fields, degree);
+    warn_of_unfinished(archive, "initial.file", scene.initial.file, scene.initial.frame);
     const files::Attribute same{"seed", std::int64_t{scene.run.seed}};
     if (io::has_noise(scene) && std::ranges::count(archive.attributes(), same) > 0)
         log_warning(

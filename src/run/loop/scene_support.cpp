@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/log.hpp"
 #include "files/archive_reader.hpp"
 #include "files/system_calls.hpp"
 
@@ -49,6 +50,20 @@ ScheduledRecording sample_recording(const io::Scene& scene, const char* group, c
              .rows_per_chunk = samples_per_chunk(scene, largest)},
             io::whole_steps(scene, "output.sample_every", scene.output.sample_every),
             [measure = std::move(measure), values] { return store_in_place(*values, measure()); }};
+}
+
+bool is_unfinished(const files::ArchiveReader& archive) {
+    return files::text_in(archive.attributes(), "title").starts_with(text("drover {} of ", "run")) &&
+           !archive.has("/summary/warm_up");
+}
+
+void warn_of_unfinished(const files::ArchiveReader& archive, const std::string& key, const std::string& file,
+                        int frame) {
+    if (frame < 0 && is_unfinished(archive))
+        log_warning(
+            "{} = \"{}\" is of a run that has not reached its end: its last frame is that of now, and another one when "
+            "the run goes on; let it end, or name the frame",
+            key, file);
 }
 
 files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file) try {

@@ -55,6 +55,13 @@ std::vector<measure::RecordedSeries> read_series(const files::ArchiveReader& arc
     return series;
 }
 
+/// Whether an archive is that of a run which has not reached its end: it has no summary.
+bool is_unfinished(const files::ArchiveReader& archive);
+
+/// Warns where a scene starts from the last frame of such an archive.
+void warn_of_unfinished(const files::ArchiveReader& archive, const std::string& key, const std::string& file,
+                        int frame);
+
 /// The archive that a key of a scene names.  Throws an Error at its place.
 files::ArchiveReader named_archive(const io::Scene& scene, const std::string& key, const std::string& file);
 

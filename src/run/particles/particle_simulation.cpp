@@ -53,6 +53,7 @@ dem::Bodies bodies_of_file(const io::Scene& scene) {
             "packing.frame = {}; expected one of the frames 0 to {} of the archive, or -1 for the last", packing.frame,
             frames - 1);
     const auto frame = static_cast<std::size_t>(packing.frame < 0 ? frames - 1 : packing.frame);
+    warn_of_unfinished(archive, "packing.file", packing.file, packing.frame);
     dem::Bodies bodies = bodies_of(scene);
     io::read_bodies(archive, frame, bodies, what, where);
     const io::Scene source = io::parse_scene(archive.text_attribute("scene"), packing.file);
