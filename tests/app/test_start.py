@@ -229,3 +229,14 @@ def test_a_start_from_a_run_with_the_same_noise_is_reported(tmp_path):
     assert "choose another run.seed" in drover(tmp_path, *start, "run.seed=7").stderr
     assert "run.seed" not in drover(tmp_path, *start, "run.seed=8").stderr
     assert "run.seed" not in drover(tmp_path, *start, "noise.order=0", "--set", "noise.rods=0").stderr
+
+
+def test_a_run_that_has_not_reached_its_end_is_told_from_one_that_has(tmp_path):
+    scene = write_scene(tmp_path, {**GRID, "time.end": 1e6, "initial.kind": "random", "output.frame_every": 1.0})
+    drover(tmp_path, "run", scene, "-o", "cut.h5", "--max-time", "0:01", status=3)
+    words = ["run", scene, "--set", "time.end=1", "--set", "initial.kind=file", "--set", "initial.file=cut.h5"]
+    assert "has not reached its end" in drover(tmp_path, *words, "-o", "whole.h5").stderr  # its last frame
+    assert "reached its end" not in drover(tmp_path, *words, "-o", "first.h5", "--set", "initial.frame=0").stderr
+    for name, is_finished in (("cut.h5", False), ("whole.h5", True)):
+        assert drover_json(tmp_path, "info", name)["is_finished"] == is_finished
+        assert ("not finished" in drover(tmp_path, "info", name).stdout) != is_finished
