@@ -213,7 +213,7 @@ def test_run_and_info_report_the_same(tmp_path):
     info = drover_json(tmp_path, "info", "flock.h5")
     assert (ran.pop("archive"), ran.pop("steps")) == ("flock.h5", 1000) and ran.pop("wall_seconds") > 0.0
     report = info.pop("attributes")
-    assert info == ran
+    assert info.pop("is_finished") and info == ran
     assert report["seed"] == 7 and report["scene_file"] == "flock.toml" and "rod_density = 2.0" in report["scene"]
     assert info["time"] == 100.0 and info["samples"] == 201 and info["results"]["polar_order"]["error"] > 0.0
     # As text: the same tables, after the provenance.
