@@ -262,6 +262,8 @@ def isotropic(**more):
     (lambda: drover.film("run.h5", "run.gif", rate=60), "hundredths of a second"),
     (lambda: drover.film("run.h5", "run.png", rate=5), "expected no rate"),
     (lambda: drover.onset("table.h5", draws=5), "at least 20"),
+    (lambda: drover.onset("table.h5", points=5), "points = 5; expected pairs"),
+    (lambda: drover.fit("run.h5", 5), "keys = 5; expected names"),
     (lambda: drover.onset("table.h5", points=[(0.5, 0.1)]), "points apply to a cell"),
 ])
 def test_arguments_that_the_program_rejects_are_rejected(call, says, tmp_path, monkeypatch):

@@ -48,6 +48,8 @@ def onset(table, *, varied=None, cell=None, points=(), draws=400, output=None, o
     from drover.computed import theory_of
     if draws < 20:
         raise ArgumentError(f"draws = {draws}; expected at least 20, which errors need")
+    if not hasattr(points, "__len__"):
+        raise ArgumentError(f"points = {points!r}; expected pairs of area fractions, [(0.5, 0.1)]")
     if len(points) and cell is None:
         raise ArgumentError("points apply to a cell; expected its side, cell [mm], or no points")
     with hdf5():
@@ -76,6 +78,8 @@ def fit(archive, keys, *, scene=None, max_wavenumber=None, begin=0.0, end=None, 
     if scene is not None:
         require_scene(scene)
     native = None if scene is None else scene._native
+    if not isinstance(keys, (str, list, tuple)):
+        raise ArgumentError(f'keys = {keys!r}; expected names of numbers of the model, ["section.key"]')
     keys = [keys] if isinstance(keys, str) else list(keys)
     with hdf5():
         return json.loads(_drover.fit(os.fspath(archive), keys, native, max_wavenumber, begin, end, every))

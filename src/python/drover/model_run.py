@@ -35,8 +35,8 @@ class ModelRun:
         model._require_no_grid()
         if any(count % 1 != 0 for count in points):
             raise Error(f"points = {', '.join(map(str, points))}; expected whole numbers")
-        if not isinstance(method, str) or not isinstance(threads, Integral):
-            raise Error(f"method = {method!r}, threads = {threads!r}; expected a text and a whole number")
+        if not isinstance(method, str) or not isinstance(threads, Integral) or not 1 <= threads <= 1024:
+            raise Error(f"method = {method!r}, threads = {threads!r}; expected a text and an integer from 1 to 1024")
         if not isinstance(seed, Integral) or not 0 <= seed < 2**63:
             raise Error(f"seed = {seed}; expected an integer from 0 to 2^63 - 1")
         self.model, self.dt, self.side = model, dt, tuple(map(float, side))
