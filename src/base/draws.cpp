@@ -21,6 +21,17 @@ double normal_quantile(double part) {
     }
     return 0.5 * (low + high);
 }
+
+/// The middles of this many equally probable parts, ascending.  Kept, since a table has many numbers of as many draws.
+const std::vector<double>& middles_of_parts(std::size_t count) {
+    thread_local std::vector<double> middles;
+    if (middles.size() != count) {
+        middles.resize(count);
+        for (std::size_t k = 0; k < count; ++k)
+            middles[k] = normal_quantile((static_cast<double>(k) + 0.5) / static_cast<double>(count));
+    }
+    return middles;
+}
 }  // namespace
 
 std::vector<double> ranks_of(std::span<const double> values) {
@@ -40,7 +51,8 @@ std::vector<double> random_ranks(std::uint64_t number, std::uint64_t part, std::
 
 std::vector<double> normal_draws(std::span<const double> order) {
     std::vector<double> draws = ranks_of(order);
-    for (double& one : draws) one = normal_quantile((one + 0.5) / static_cast<double>(order.size()));
+    const std::vector<double>& middles = middles_of_parts(order.size());
+    for (double& one : draws) one = middles[static_cast<std::size_t>(one)];
     return draws;
 }
 

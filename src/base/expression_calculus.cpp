@@ -110,8 +110,6 @@ double evaluated(const Expression& expression, std::span<const double> slots, Fu
     }
     return values[nodes.size() - 1];
 }
-
-bool is_jump(Operation operation) { return operation == Operation::sign || operation == Operation::step; }
 }  // namespace
 
 Expression::Expression(double constant) {
@@ -128,8 +126,7 @@ double evaluate(const Expression& expression, std::span<const double> slots) {
 }
 
 bool jumps_at(const Expression& expression, std::span<const double> slots) {
-    const std::vector<Node>& nodes = expression.graph().nodes;
-    if (std::ranges::none_of(nodes, [](const Node& node) { return is_jump(node.operation); })) return false;
+    if (!expression.graph().has_jumps) return false;
     const auto beside = [&](double side) {
         return evaluated(expression, slots, [side](Operation operation, double a, double b) {
             return apply(operation, is_jump(operation) && a == 0.0 ? side : a, b);

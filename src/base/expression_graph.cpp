@@ -156,6 +156,7 @@ Expression GraphBuilder::expression(int root) const {
             for (int* argument : {&node.left, &node.right})
                 if (*argument >= 0) *argument = place[static_cast<std::size_t>(*argument)];
         graph->nodes.push_back(node);
+        graph->has_jumps = graph->has_jumps || is_jump(node.operation);
     }
     return Expression(std::move(graph));
 }

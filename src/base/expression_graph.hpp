@@ -104,9 +104,12 @@ inline bool is_leaf(const Node& node) {
     return node.operation == Operation::number || node.operation == Operation::slot;
 }
 
+inline bool is_jump(Operation operation) { return operation == Operation::sign || operation == Operation::step; }
+
 /// Nodes, each after its arguments; the last one is the expression, and it needs all others.
 struct Expression::Graph {
     std::vector<Node> nodes;
+    bool has_jumps = false;  ///< has a sign or a step
 };
 
 /// How a builder treats operations on constants and trivial ones.

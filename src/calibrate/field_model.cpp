@@ -121,6 +121,21 @@ const std::vector<std::string> node_keys{"uniform.bead_density",  "uniform.rod_d
 
 constexpr const char* all_nodes = "table";
 
+/// Nodes of an axis of a table for each of its intervals.  The measured coefficients are splines through the nodes of
+/// the table; what is formed from them is none: alpha is a product, and alpha/Gamma a ratio.  With four nodes,
+/// alpha/Gamma differs from that of a uniform state by (1/4)^4 of what it does with one, and by (1/4)^2 in the
+/// outermost intervals, where natural splines are of that order.
+constexpr int nodes_per_interval = 4;
+
+std::vector<double> refined(const std::vector<double>& axis) {
+    std::vector<double> positions;
+    for (std::size_t i = 0; i + 1 < axis.size(); ++i)
+        for (int k = 0; k < nodes_per_interval; ++k)
+            positions.push_back(axis[i] + (axis[i + 1] - axis[i]) * k / nodes_per_interval);
+    positions.push_back(axis.back());
+    return positions;
+}
+
 std::string number_text(const Uncertain& number) {
     return number.error > 0.0 ? text("{:.4g} +- {:.2g}", number.value, number.error) : text("{:.4g}", number.value);
 }
@@ -227,12 +242,11 @@ physics::TableData density_table(const Table& table, const StatePoint& point, Or
         return mapped(wanted, [&](const Closure& closure) { return closure.value(measured); });
     };
     physics::TableData data;
-    for (const double bead : table.bead_fractions)
-        data.nodes[0].push_back(values_at(bead, table.rod_fractions.front())[0]);
-    for (const double rod : table.rod_fractions)
-        data.nodes[1].push_back(values_at(table.bead_fractions.front(), rod)[1]);
-    for (const double bead : table.bead_fractions)
-        for (const double rod : table.rod_fractions) {
+    const std::vector<double> beads = refined(table.bead_fractions), rods = refined(table.rod_fractions);
+    for (const double bead : beads) data.nodes[0].push_back(values_at(bead, rods.front())[0]);
+    for (const double rod : rods) data.nodes[1].push_back(values_at(beads.front(), rod)[1]);
+    for (const double bead : beads)
+        for (const double rod : rods) {
             std::vector<double> values = values_at(bead, rod);
             values[2] -= values[3] * values[1];  // a column replaces a and c: it is a - c sigma
             for (std::size_t i = 2; i < values.size(); ++i)

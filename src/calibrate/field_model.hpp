@@ -48,7 +48,8 @@ inline FieldNumber field_number(const Table& table, const std::string& key, cons
 std::vector<double> field_values(const Table& table, const std::vector<std::string>& keys, const StatePoint& point,
                                  OrderKind kind);
 
-/// The coefficients that may depend on densities, at all nodes of the table; the relaxation rate is a - c sigma.
+/// The coefficients that may depend on densities, at the nodes of the table and at three positions between any two, so
+/// that splines through them are those of field_numbers() between nodes too; the relaxation rate is a - c sigma.
 /// Without errors, which the nodes share: see redrawn_models().
 physics::TableData density_table(const Table& table, const StatePoint& point, OrderKind kind);
 

@@ -8,7 +8,7 @@ import pytest
 from support import MODELS, drover, end_group, not_sanitized, start
 
 PLANE = ["--x", "coefficients.a = 2.5:4", "--y", "coefficients.b = 5:13", "--set", "boundary.cells=6", "--set",
-         "boundary.map=3", "--set", 'boundary.errors=["coefficients.Du = 0.1"]', "--draws", "30"]
+         "boundary.map=3", "--set", 'boundary.errors=["coefficients.Du = 0.1"]', "--draws", "6"]
 WORDS = ["boundary", MODELS / "brusselator.toml", *PLANE]
 
 
@@ -65,7 +65,7 @@ def test_shares_of_another_plane_and_of_tables_are_refused(tmp_path):
 
 def test_a_plane_of_rods_and_beads_is_shared_with_its_errors(tmp_path):
     words = ["boundary", MODELS / "phase-boundary.toml", "--set", "boundary.map=0", "--set", "boundary.cells=6",
-             "--draws", "30"]
+             "--draws", "6"]
     drover(tmp_path, *words, "-o", "alone.h5")
     drover(tmp_path, *words, "-o", "plane.h5", "--share", "1/2", "--quiet")
     drover(tmp_path, *words, "-o", "plane.h5", "--collect")
